@@ -55,9 +55,12 @@ def diagnosed(
         *telltale_lines(recordings, drift is not None),
     ]
     lines += [*seen.lines(first, judgement), *pattern.lines]
-    if judgement.findings and judgement.final is not None:
-        sham = placebo(judgement.final, found, judgement.case)
-        lines += [] if sham is None else [sham.says]
+    sham = None
+    if first.findings and first.final is not None:
+        sham = placebo(first.final, found, first.case)
+    elif judgement.findings:
+        sham = seen.sham
+    lines += [] if sham is None else [sham.says]
     updated = None
     if findings:
         model = with_damping(evidence.updated(last.fit, further), pattern.damped)

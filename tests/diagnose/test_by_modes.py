@@ -72,6 +72,15 @@ def test_what_is_missing_is_told_by_the_modes_in_responses(look: ByModes) -> Non
         assert found[node].parameters["m"] == pytest.approx(m, rel=0.1)
 
 
+def test_luck_is_asked_of_the_modes(look: ByModes) -> None:
+    sham = look.sham
+    assert sham is not None and sham.as_good == 0 and sham.mine < sham.left
+    assert sham.says.startswith("Check against luck (by the modes in the responses): ")
+    silent = ByModes(look.evidence, quiet)
+    silent.__dict__["_searched"] = None
+    assert silent.told is None and silent.sham is None
+
+
 def test_the_responses_have_it_from_there(look: ByModes) -> None:
     evidence = look.evidence
     start = carried(evidence, look.likely[0])

@@ -20,11 +20,12 @@ from cvxupdate.diagnose.judge.channels import apart, beside, with_gains
 from cvxupdate.diagnose.judge.confidence import standing
 from cvxupdate.diagnose.judge.judge import Judgement, judge
 from cvxupdate.diagnose.judge.pattern import pattern_of
+from cvxupdate.diagnose.judge.placebo import Placebo, placebo
 from cvxupdate.diagnose.judge.posterior import log_odds
 from cvxupdate.diagnose.judge.soundness import sound
 from cvxupdate.diagnose.results import Finding, Further
 from cvxupdate.diagnose.search.grown import carried
-from cvxupdate.diagnose.search.search import search
+from cvxupdate.diagnose.search.search import Found, search
 from cvxupdate.diagnose.settings import CUT_SHORT, HALVED, MOST_SURE, STAYING
 from cvxupdate.diagnose.types import Evidence, Progress
 from cvxupdate.physics.effect import Effect
@@ -40,13 +41,27 @@ class ByModes:
     progress: Progress
 
     @cached_property
-    def told(self) -> Judgement | None:
-        """The judgement of them; None where recordings are not to be seen so, or time is over
-        before anybody asks."""
+    def _searched(self) -> tuple[Judgement, Found] | None:
         seen = None if self.evidence.hurried else self.evidence.by_modes()
         if seen is None:
             return None
-        return judge(seen, search(seen, lambda text: self.progress(f"by the modes: {text}")))
+        found = search(seen, lambda text: self.progress(f"by the modes: {text}"))
+        return judge(seen, found), found
+
+    @cached_property
+    def told(self) -> Judgement | None:
+        """The judgement of them; None where recordings are not to be seen so, or time is over
+        before anybody asks."""
+        searched = self._searched
+        return None if searched is None else searched[0]
+
+    @property
+    def sham(self) -> Placebo | None:
+        """What they tell among all else that was tried on them; None where they tell nothing."""
+        told, found = self._searched or (None, Found())
+        if told is None or told.final is None or not told.findings:
+            return None
+        return placebo(told.final, found, told.case, " (by the modes in the responses)")
 
     @property
     def sure(self) -> bool:
@@ -61,10 +76,19 @@ class ByModes:
         told = self.told
         if told is None or told.findings or told.case.evidence.unfinished:
             return False
-        if not explained(told.case.base, told.case) or self.further.against:
-            return False
+        return explained(told.case.base, told.case) and self._undisputed
+
+    @property
+    def settled(self) -> bool:
+        """Whether modal constants, fitted and held out, bear out what they tell, and nothing speaks
+        for more."""
+        return self.sure and self.further.borne_out and self._undisputed
+
+    @property
+    def _undisputed(self) -> bool:
+        """Whether their shapes are real and their damping ratios as they usually scatter."""
         pattern = pattern_of(self.further)
-        return not (pattern.findings or pattern.unsure)
+        return not (self.further.against or pattern.findings or pattern.unsure)
 
     @cached_property
     def likely(self) -> list[Hypothesis]:

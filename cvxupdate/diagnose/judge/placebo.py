@@ -16,13 +16,15 @@ from cvxupdate.physics.units import number
 class Placebo:
     """``tried`` effects at places elsewhere, ``refitted`` of them and the others to first order;
     ``left``: the least misfit that one of these left, as a fraction of the nuisance parameters'
-    alone; ``mine``: the same of the finding; ``as_good``: how many leave no more."""
+    alone; ``mine``: the same of the finding; ``as_good``: how many leave no more; ``asked``: of
+    what, in words, where it is not of the recordings themselves."""
 
     tried: int
     refitted: int
     left: float
     mine: float
     as_good: int
+    asked: str = ""
 
     @property
     def chance(self) -> float:
@@ -40,14 +42,14 @@ class Placebo:
             else f"{good} of these {'does' if good == 1 else 'do'} as well or better"
         )
         return (
-            f"Check against luck: {self.tried} other effects and places were tried in the same way "
+            f"Check against luck{self.asked}: {self.tried} other effects and places were tried in the same way "
             f"({self.refitted} of them fitted in full). In mean square the best of them leaves "
             f"{left} % of the mismatch, what was found {mine} %: "
             f"{rank} (luck alone would come so far once in {1.0 / self.chance:.0f} times)."
         )
 
 
-def placebo(final: Weighed, found: Found, case: Case) -> Placebo | None:
+def placebo(final: Weighed, found: Found, case: Case, asked: str = "") -> Placebo | None:
     """The finding's improvement among those of all else; None where only the pattern of damping was
     at stake, or nothing else was tried."""
     model, base = case.evidence.model, case.base.fit.misfit
@@ -71,4 +73,4 @@ def placebo(final: Weighed, found: Found, case: Case) -> Placebo | None:
     mine = final.fit.misfit / base
     as_good = sum(left <= mine for left in (*full.values(), *rest))
     tried = len(full) + len(rest)
-    return Placebo(tried, len(full), min([*full.values(), *rest]), mine, as_good)
+    return Placebo(tried, len(full), min([*full.values(), *rest]), mine, as_good, asked)

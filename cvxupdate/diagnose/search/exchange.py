@@ -178,23 +178,24 @@ def _overlap(a: Place, b: Place) -> bool:
 
 def tuned_as(best: Hypothesis, number: int, effects: Sequence[Effect]) -> list[Effect]:
     """Where a hidden oscillator was taken out, those of other places tuned as it is, and no
-    others: between two trial frequencies a narrow one shows nothing."""
-    action = best.effects[number].action
-    if not isinstance(action, HiddenOscillator):
+    others: between two trial frequencies a narrow one shows nothing. With a dashpot if they have
+    one: that which was taken out may have been told by modes, and has none."""
+    if not isinstance(best.effects[number].action, HiddenOscillator):
         return list(effects)
-    tuned = as_fitted(action, best.values[number])
     out: dict[Key, Effect] = {}
     for e in effects:
         if isinstance(e.action, HiddenOscillator):
-            e = replace(e, action=replace(tuned, row=e.action.row))
+            e = replace(e, action=as_fitted(e.action, best.values[number]))
         out.setdefault(e.key, e)
     return list(out.values())
 
 
 def as_fitted(action: HiddenOscillator, values: Mapping[str, float]) -> HiddenOscillator:
-    """One with the frequency and the damping ratio of fitted figures, not planted yet."""
+    """One with the frequency and, as far as it has a dashpot, the damping ratio of fitted figures
+    (its own where these have none), not planted yet."""
     m = max(values["m"], float(np.finfo(float).tiny))
     omega = float(np.sqrt(max(values["k"], 0.0) / m))
-    zeta = values.get("c", 0.0) / max(2.0 * m * omega, float(np.finfo(float).tiny))
-    zeta = max(zeta, LEAST_RATIO) if action.zeta > 0.0 else 0.0
+    zeta = action.zeta
+    if zeta > 0.0 and "c" in values:
+        zeta = max(values["c"] / max(2.0 * m * omega, float(np.finfo(float).tiny)), LEAST_RATIO)
     return replace(action, frequency=omega / (2.0 * np.pi), zeta=zeta, mass=0.0)

@@ -4,6 +4,7 @@ recordings tells (the modes in responses), what grows from a model that is far o
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
@@ -40,6 +41,11 @@ class Seen(Protocol):
         need one another are not to be sought in what is left."""
 
     @property
+    def settled(self) -> bool:
+        """Whether what it tells is all of what it sees, borne out by what nothing was fitted to:
+        what these recordings would tell beside is not to be sought in what is left."""
+
+    @property
     def likely(self) -> Sequence[Hypothesis]:
         """The likeliest sets of effects, likeliest first."""
 
@@ -48,7 +54,7 @@ class Seen(Protocol):
 
 
 class _Nothing:
-    sure = calm = False
+    sure = calm = settled = False
     likely: Sequence[Hypothesis] = ()
 
     def tells(self, h: Hypothesis) -> bool:
@@ -58,27 +64,40 @@ class _Nothing:
 NOTHING: Seen = _Nothing()
 
 
+@dataclass(frozen=True)
+class Grown:
+    """``sets`` of effects, best first; whether they are ``ahead`` of all single ones (then the
+    search has gone on from there, for pairs of those begin further off); whether nothing nearer is
+    to be sought (``ended``)."""
+
+    sets: list[Hypothesis]
+    ahead: bool = False
+    ended: bool = False
+
+
 def grown_from(
     evidence: Evidence,
     coarse: Sequence[Hypothesis],
     alone: Sequence[Hypothesis],
     seen: Seen,
     progress: Progress,
-) -> tuple[list[Hypothesis], bool]:
+) -> Grown:
     """Sets that grow where no single effect comes near, what a rig does ``alone``, and where that
-    is not enough what was ``seen``; and whether they are ahead of all single ones: then the search
-    has gone on from there, for pairs of those begin further off."""
+    is not enough what was ``seen``."""
     left = leaves_much(evidence, coarse, alone)
     if left and seen.calm:
-        return list(alone), False
+        return Grown(list(alone), ended=True)
     there = on_these(evidence, seen, progress) if left else []
+    if there and seen.settled:
+        return Grown(merged(alone, there), ended=True)
     near = seen.sure if there else False
     near |= bool(there) and there[0].fit.misfit <= HOPELESS * EXPLAINED
     far = left and far_off(coarse) and not near
     grown = merged(alone, there, guided(evidence, progress) if far else [])
     if not grown or grown[0].penalised >= coarse[0].penalised:
-        return grown, False
-    return merged(grown, further(evidence, grown, progress)), True
+        return Grown(grown)
+    grown = merged(grown, further(evidence, grown, progress))
+    return Grown(grown, True, confirmed(evidence, grown[0], seen))
 
 
 def leaves_much(

@@ -16,7 +16,7 @@ from cvxupdate.diagnose.search.coarse import coarsely
 from cvxupdate.diagnose.search.driven import settled, shaken
 from cvxupdate.diagnose.search.entries import first_pass, screened
 from cvxupdate.diagnose.search.exchange import crowded, exchanged, likeliest
-from cvxupdate.diagnose.search.grown import NOTHING, Seen, confirmed, grown_from, leaves_much
+from cvxupdate.diagnose.search.grown import NOTHING, Grown, Seen, grown_from
 from cvxupdate.diagnose.search.guided import brought_near
 from cvxupdate.diagnose.search.held import held
 from cvxupdate.diagnose.search.neighbours import neighbours
@@ -107,13 +107,12 @@ def search(evidence: Evidence, progress: Progress, seen: Seen = NOTHING) -> Foun
     pattern = damping_only(evidence)
     entries = first_pass(evidence, rankings, stable, pattern, progress)
     coarse, sharper, alone = coarsely(evidence, entries, pattern, progress)
-    grown, ahead = ([], False) if pattern else grown_from(evidence, coarse, alone, seen, progress)
-    calm = not pattern and leaves_much(evidence, coarse, alone) and seen.calm
-    if calm or (ahead and confirmed(evidence, grown[0], seen)):
-        singles = merged(raced(evidence, coarse[:STAYING], FINE, progress), _alone(grown))
-        several = [h for h in grown if len(h.effects) > 1]
+    grown = Grown([]) if pattern else grown_from(evidence, coarse, alone, seen, progress)
+    if grown.ended:
+        singles = merged(raced(evidence, coarse[:STAYING], FINE, progress), _alone(grown.sets))
+        several = [h for h in grown.sets if len(h.effects) > 1]
     else:
-        smooth = Smooth(coarse, sharper, alone, grown, ahead, pattern)
+        smooth = Smooth(coarse, sharper, alone, grown.sets, grown.ahead, pattern)
         singles, several = _sharpened(evidence, smooth, progress)
     return Found(
         tuple(best_of(*rankings)),

@@ -194,7 +194,31 @@ def test_where_the_modes_are_calm_no_sets_are_grown(monkeypatch: pytest.MonkeyPa
         monkeypatch.setattr(grown, name, never)
     coarse = [supposed(replace(OPEN, misfit=80.0), B)]
     assert leaves_much(EVIDENCE, coarse, []) and not leaves_much(EVIDENCE, [], [])  # type: ignore[arg-type]
-    assert grown.grown_from(EVIDENCE, coarse, [], calm(), print) == ([], False)  # type: ignore[arg-type]
+    ended = grown.Grown([], ahead=False, ended=True)
+    assert grown.grown_from(EVIDENCE, coarse, [], calm(), print) == ended  # type: ignore[arg-type]
+
+
+def test_what_constants_bear_out_is_the_end(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What they tell is had on the responses; nothing beside it is sought there."""
+
+    def never(*_: object) -> None:
+        raise AssertionError("it is settled")
+
+    monkeypatch.setattr(grown, "on_these", lambda *_: [supposed(OPEN, A)])
+    monkeypatch.setattr(grown, "guided", never)
+    monkeypatch.setattr(grown, "further", never)
+    coarse = [supposed(replace(OPEN, misfit=80.0), B)]
+
+    def sets(**besides: object) -> grown.Grown:
+        case = replace(TOLD.case, evidence=replace(MODES, besides=Further(**besides)))  # type: ignore[arg-type]
+        look = by_modes(replace(TOLD, case=case))
+        return grown.grown_from(EVIDENCE, coarse, [], look, print)  # type: ignore[arg-type]
+
+    found = sets(borne_out=True)
+    assert found.ended and [h.keys for h in found.sets] == [{A.key}]
+    for disputed in ({}, {"borne_out": True, "against": "The shapes are complex."}):
+        with pytest.raises(AssertionError, match="settled"):
+            sets(**disputed)
 
 
 @pytest.mark.parametrize(

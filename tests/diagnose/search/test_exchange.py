@@ -2,12 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from cvxupdate.diagnose.gather import gathered
 from cvxupdate.diagnose.hypothesis import Hypothesis, at_nominal, further, seeds_from
-from cvxupdate.diagnose.search.exchange import as_fitted, crowded, exchanged, in_other_words
+from cvxupdate.diagnose.search.exchange import (
+    as_fitted,
+    crowded,
+    exchanged,
+    in_other_words,
+    tuned_as,
+)
 from cvxupdate.diagnose.search.race import entered, raced
 from cvxupdate.diagnose.search.several import Pool
 from cvxupdate.physics import candidates_of
@@ -111,6 +119,23 @@ def test_an_oscillator_elsewhere_is_tuned_as_it_was_fitted(evidence):
     assert (tuned.frequency, tuned.zeta) == pytest.approx((23.0, zeta)) and not tuned.mass
     undamped = as_fitted(first.action, {"m": m, "k": m * omega**2})
     assert undamped.frequency == pytest.approx(23.0) and undamped.count == first.action.count
+
+
+def test_an_oscillator_told_by_modes_has_a_dashpot_elsewhere_on_responses(evidence):
+    """Of the modes it has two unknowns, on responses the candidates have three."""
+    undamped = replace(evidence.context(evidence.model), undamped=True)
+    (own, *_) = candidates_of(undamped, ("attached_resonator",), "modes")
+    there = evidence.candidates(evidence.model, ("attached_resonator",))
+    figures = {"m": 0.1, "k": 0.1 * (2.0 * np.pi * 23.0) ** 2}
+    best = supposed(PlainFit(1.0), own)
+    best.__dict__["values"] = (figures,)
+    tuned = tuned_as(best, 0, there)
+    assert {e.key for e in tuned} == {e.key for e in there}
+    for e in tuned:
+        assert e.action.frequency == pytest.approx(23.0)
+        assert e.count == len(e.figures) == 3
+    (one,) = tuned_as(best, 0, [own])
+    assert one.count == len(one.figures) == 2
 
 
 def test_a_set_is_crowded_by_a_third_effect():
