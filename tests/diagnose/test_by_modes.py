@@ -12,6 +12,7 @@ import pytest
 import scipy.signal
 
 from cvxupdate.diagnose.gather import gathered
+from cvxupdate.diagnose.hypothesis import Hypothesis, together
 from cvxupdate.diagnose.judge.by_modes import ByModes
 from cvxupdate.diagnose.modes import identified as few_lowest
 from cvxupdate.diagnose.modes.identified import identified
@@ -96,6 +97,22 @@ def test_the_responses_have_it_from_there(look: ByModes) -> None:
 def test_what_cannot_stand_on_the_responses_is_left_out(look: ByModes) -> None:
     gone = [replace(e, place=Place(nodes=(99,))) for e in look.likely[0].effects]
     assert carried(look.evidence, replace(look.likely[0], effects=tuple(gone))) is None
+
+
+def test_an_oscillator_has_its_fitted_tuning_on_the_responses_and_a_dashpot(look: ByModes) -> None:
+    """Its parameters are relative to what was planted: they begin anew from what was fitted."""
+    seen = look.evidence.by_modes()
+    (own, *_) = seen.candidates(seen.model, ("attached_resonator",))
+    begun = together(seen, Hypothesis((), seen.bases[-1]), [own], 0.05)
+    p = begun.fit.p.copy()
+    p[-2:] = 0.3, -0.2
+    told = Hypothesis(begun.effects, seen.evaluated(begun.fit.setting, p))
+    there = carried(look.evidence, told)
+    assert there is not None and there.keys == told.keys
+    (before,), (after,) = told.values, there.values
+    assert set(before) == {"m", "k"} and set(after) == {"m", "k", "c"}
+    assert [after[n] for n in "mk"] == pytest.approx([before[n] for n in "mk"], rel=1e-6)
+    assert after["c"] > 0.0
 
 
 def frf(problem: Path) -> FrequencyResponse:

@@ -4,13 +4,14 @@ recordings tells (the modes in responses), what grows from a model that is far o
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
 
 from cvxupdate.diagnose.hypothesis import Hypothesis, together
 from cvxupdate.diagnose.search.coarse import enough_alone, far_off
+from cvxupdate.diagnose.search.exchange import as_fitted
 from cvxupdate.diagnose.search.guided import guided
 from cvxupdate.diagnose.search.race import merged, raced
 from cvxupdate.diagnose.search.several import further
@@ -25,7 +26,8 @@ from cvxupdate.diagnose.settings import (
     STAYING,
     UNEXPLAINED,
 )
-from cvxupdate.diagnose.types import Evidence, Progress
+from cvxupdate.diagnose.types import Evidence, Progress, Real
+from cvxupdate.physics.effect import Effect, HiddenOscillator
 
 
 class Seen(Protocol):
@@ -132,12 +134,28 @@ def carried(evidence: Evidence, told: Hypothesis) -> Hypothesis | None:
         if q.name in names:
             own[j] = told.fit.p[names.index(q.name)]
     h = Hypothesis((), evidence.evaluated(base.setting, own))
-    for number, effect in enumerate(told.effects):
-        grown = together(evidence, h, [effect], told.sizes(number))
+    for number in range(len(told.effects)):
+        grown = together(evidence, h, *_as_here(evidence, told, number))
         if grown is h:
             return None
         h = grown
     return h
+
+
+def _as_here(evidence: Evidence, told: Hypothesis, number: int) -> tuple[list[Effect], Real]:
+    """An effect as other evidence told it, and its unknowns: a hidden oscillator with its fitted
+    mass and tuning, from which its parameters begin, and with a dashpot if those have one that
+    these recordings ask for; others as they are."""
+    effect, sizes = told.effects[number], told.sizes(number)
+    if not isinstance(effect.action, HiddenOscillator):
+        return [effect], sizes
+    asked = evidence.candidates(evidence.model, (effect.physics,))
+    here = next((c for c in asked if c.key == effect.key), effect)
+    if not isinstance(here.action, HiddenOscillator):
+        return [effect], sizes
+    values = told.values[number]
+    action = replace(as_fitted(here.action, values), row=effect.action.row, mass=values["m"])
+    return [replace(effect, action=action, figures=here.figures)], np.zeros(action.count)
 
 
 def on_these(evidence: Evidence, seen: Seen, progress: Progress) -> list[Hypothesis]:
