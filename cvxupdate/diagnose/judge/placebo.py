@@ -42,8 +42,9 @@ class Placebo:
             else f"{good} of these {'does' if good == 1 else 'do'} as well or better"
         )
         return (
-            f"Check against luck{self.asked}: {self.tried} other effects and places were tried in the same way "
-            f"({self.refitted} of them fitted in full). In mean square the best of them leaves "
+            f"Check against luck{self.asked}: {self.tried} other effects and places were tried "
+            f"in the same way ({self.refitted} of them fitted in full). "
+            f"In mean square the best of them leaves "
             f"{left} % of the mismatch, what was found {mine} %: "
             f"{rank} (luck alone would come so far once in {1.0 / self.chance:.0f} times)."
         )
