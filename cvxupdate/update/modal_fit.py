@@ -9,6 +9,7 @@ import numpy as np
 
 from cvxupdate.convex import SolverChoice, StepProblem
 from cvxupdate.errors import InputError, ModelError
+from cvxupdate.fe.continued import EXACT
 from cvxupdate.fe.model import Model
 from cvxupdate.recordings.types import ModeTable, Recording
 from cvxupdate.residual.modal import ModalPoint, ModalResidual, modal_residual
@@ -94,7 +95,7 @@ class ModalFit:
         first = shapes_first if self.shapes_first else with_pairing
         options = self.options
         if self.residual.reducible:
-            options = replace(options, met=MET, ahead=Ahead(options.radius))
+            options = replace(options, met=MET, still=EXACT, ahead=Ahead(options.radius))
         loop, notes = first(self.residual, self.problem, self.choice, options, p0, progress)
         if not self.release:
             return loop, notes
@@ -103,9 +104,10 @@ class ModalFit:
         def again(
             p: Array, end: LoopResult[ModalPoint]
         ) -> tuple[LoopResult[ModalPoint], tuple[str, ...]]:
-            # without going ahead: the small model, near exact, would take the same way back
             below = objective_at(end.problem, end.point) * (1.0 - LOWER)
-            back = replace(options, ahead=None, known=tuple(end.point.p.tolist()), below=below)
+            back = replace(options, known=tuple(end.point.p.tolist()), below=below)
+            if back.ahead is not None:  # what was learnt on the way here is not needed again
+                back = replace(back, ahead=Ahead(options.radius))
             return with_pairing(self.residual, end.problem, self.choice, back, p, progress)
 
         best, more = released(

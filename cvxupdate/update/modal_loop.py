@@ -73,8 +73,8 @@ def released(
     upper: Array,
 ) -> tuple[LoopResult[ModalPoint], tuple[str, ...]]:
     """``loop``, or the lower one that ``run`` reaches from its end with the parameters on their
-    bounds moved halfway back to the initial model, else amid their bounds: (loop with the whole
-    history, notes).
+    bounds moved amid these (halfway to the initial model where a side is open): (loop with the
+    whole history, notes).
 
     A corner of the bounds can be a minimum only because some parameters cannot go on, and which of
     them are there is an accident of the way. Once more as long as it pays, `RELEASES` times at
@@ -87,17 +87,14 @@ def released(
         held = (p <= lower + ON_BOUND * width) | (p >= upper - ON_BOUND * width)
         if loop.status != "converged" or not np.any(held):
             break
-        before, after = objective_at(loop.problem, loop.point), np.inf
+        before = objective_at(loop.problem, loop.point)
         amid = np.where(np.isfinite(upper - lower), (lower + upper) / 2.0, 0.5 * p)
-        for to in (0.5 * p, amid):
-            try:
-                again, more = run(np.where(held, to, p), loop)
-            except ModelError:
-                continue
-            after = objective_at(loop.problem, again.point)
-            if after < before * (1.0 - LOWER):
-                break
-        if not after < before * (1.0 - LOWER):
+        try:
+            again, more = run(np.where(held, amid, p), loop)
+        except ModelError:
+            break
+        after = objective_at(loop.problem, again.point)
+        if after >= before * (1.0 - LOWER):
             break
         done = len(loop.history)
         history = (*loop.history, *(replace(h, number=done + h.number) for h in again.history))

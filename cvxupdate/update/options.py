@@ -40,9 +40,9 @@ class Options:
     of the trust region for parameters of unlike ranges. ``growing`` (one for each parameter,
     empty: none): those whose trust region grows with them, for they may be far from 0.
     ``shortest``: of steps that fit equally well the shortest (2.101). ``met``: the fraction of
-    their deviations to which the rows are known. ``ahead`` may go on where a step leads. ``known``
-    (n,) is a minimum found before: where a step leads back to it, no objective below ``below``, the
-    loop ends.
+    their deviations to which the rows are known, ``still`` a step (of the trust region's unit) that
+    is rounding. ``ahead`` may go on where a step leads. ``known`` (n,) is a minimum found before:
+    where a step leads back to it, no objective below ``below``, the loop ends.
     """
 
     tolerance: float = 1e-6
@@ -55,6 +55,7 @@ class Options:
     growing: tuple[bool, ...] = ()
     shortest: bool = False
     met: float = EXACT
+    still: float = 0.0
     ahead: Leader | None = None
     known: tuple[float, ...] = ()
     below: float = 0.0

@@ -232,6 +232,11 @@ def _ended(step: Step, here: Here[P], unit: Array, options: Options) -> tuple[st
             "the step predicts a further decrease of only "
             f"{max(predicted, 0.0) / value:.1e} of the objective"
         )
+    if _largest(step.p - here.point.p, unit) <= options.still:
+        return "converged", (
+            f"the step moves no parameter by more than {options.still:.0e} of its unit, no more "
+            "than the modes are known"
+        )
     if options.known and step.objective > options.below:
         back = _largest(step.p - np.array(options.known), unit)
         if max(back, REAL * _largest(step.p - here.point.p, unit)) < BACK:

@@ -141,7 +141,7 @@ def test_parameters_on_bounds_are_released_where_that_leads_lower() -> None:
         return fit.run(p)
 
     loop, notes = released(run, stuck, *limits)
-    assert np.allclose(asked[0], [-0.15, -0.08, 0.15])
+    assert np.allclose(asked[0], [0.0, -0.08, 0.0])  # amid the bounds
     assert np.allclose(loop.point.p, [0.12, -0.08, 0.1], atol=1e-6)
     assert "2 parameters on their bounds" in notes[0]
     tried: list[np.ndarray] = []
@@ -152,5 +152,8 @@ def test_parameters_on_bounds_are_released_where_that_leads_lower() -> None:
 
     same, nothing = released(again, stuck, *limits)
     assert same is stuck and nothing == ()
-    assert np.allclose(tried, [[-0.15, -0.08, 0.15], [0.0, -0.08, 0.0]])  # halfway, then amid
+    assert np.allclose(tried, [[0.0, -0.08, 0.0]])
+    wide = np.full(3, -np.inf), np.full(3, 0.3)
+    released(again, stuck, *wide)
+    assert np.allclose(tried[1], [-0.3, -0.08, 0.15])  # halfway where a side is open
     assert released(run, loop, *limits)[0] is loop  # nothing is on a bound

@@ -28,9 +28,10 @@ from cvxupdate.diagnose.judge.middle import in_the_middle
 from cvxupdate.diagnose.judge.posterior import log_odds, rivals
 from cvxupdate.diagnose.judge.soundness import said_plainly, sound
 from cvxupdate.diagnose.results import Finding
+from cvxupdate.diagnose.search.race import refitted
 from cvxupdate.diagnose.search.search import Found, damping_only
 from cvxupdate.diagnose.settings import STATED
-from cvxupdate.diagnose.types import Evidence
+from cvxupdate.diagnose.types import Evidence, Seed
 from cvxupdate.errors import CvxupdateError
 
 
@@ -91,15 +92,31 @@ class Judgement:
 def judge(evidence: Evidence, found: Found) -> Judgement:
     """Accept one effect, several, the nuisance parameters far off, or nothing; where nothing can be
     claimed, what all that is likely has in common."""
-    decided = _decided(evidence, found)
+    decided = _decided(evidence, found, Hypothesis((), evidence.bases[-1]))
+    lower = _fitted_from(decided)
+    if lower is not None:
+        decided = _decided(evidence, found, lower)
     if decided.findings or explained(decided.case.base, decided.case):
         return decided
     tried = (*decided.several, *decided.singles)
     return replace(decided, graded=graded(tried, decided.case))
 
 
-def _decided(evidence: Evidence, found: Found) -> Judgement:
-    base = Hypothesis((), evidence.bases[-1])
+def _fitted_from(decided: Judgement) -> Hypothesis | None:
+    """The nuisance parameters fitted from where they are beside what is claimed, if that leaves
+    less than their own fit did: it had ended in another valley, and an effect is not to be had for
+    leading out of it."""
+    case, final = decided.case, decided.final
+    if final is None or not decided.findings:
+        return None
+    rest = without(case.evidence, final.hypothesis, *range(len(final.hypothesis.effects)))
+    if rest is None:
+        return None
+    found = refitted(case.evidence, Seed((), rest.fit.setting, rest.fit.p), "sharp")
+    return found if found is not None and found.fit.misfit < case.base.fit.misfit else None
+
+
+def _decided(evidence: Evidence, found: Found, base: Hypothesis) -> Judgement:
     case = Case(evidence, weighed(evidence, base), damping_only(evidence))
     singles, several = (
         tuple(case.weighed(h) for h in tried if not said_plainly(h))
