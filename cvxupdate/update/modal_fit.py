@@ -20,7 +20,15 @@ from cvxupdate.update.ahead import Ahead
 from cvxupdate.update.classical import Asked, asked_of, fit_classical
 from cvxupdate.update.measured_modes import modal_tables
 from cvxupdate.update.minimum_variance import minimum_variance
-from cvxupdate.update.modal_loop import LOWER, MET, released, shapes_first, with_pairing
+from cvxupdate.update.modal_loop import (
+    LOWER,
+    MET,
+    PATIENCE,
+    begun_again,
+    released,
+    shapes_first,
+    with_pairing,
+)
 from cvxupdate.update.outcome import outside
 from cvxupdate.update.parts import loop_options, solver_choice, step_problem
 from cvxupdate.update.starts import StartEnd, timed
@@ -96,18 +104,26 @@ class ModalFit:
         options = self.options
         if self.residual.reducible:
             options = replace(options, met=MET, still=EXACT, ahead=Ahead(options.radius))
-        loop, notes = first(self.residual, self.problem, self.choice, options, p0, progress)
+
+        def begun(
+            p: Array, patience: int | None = None
+        ) -> tuple[LoopResult[ModalPoint], tuple[str, ...]]:
+            own = replace(_afresh(options), patience=patience)
+            return first(self.residual, self.problem, self.choice, own, p, progress)
+
         if not self.release:
-            return loop, notes
+            return begun(p0)
+        loop, notes = begun(p0, PATIENCE)
+        if loop.status == "stopped":
+            loop, notes = begun_again(begun, loop) or begun(p0)
         parameters = self.residual.model.parameters
 
         def again(
             p: Array, end: LoopResult[ModalPoint]
         ) -> tuple[LoopResult[ModalPoint], tuple[str, ...]]:
             below = objective_at(end.problem, end.point) * (1.0 - LOWER)
-            back = replace(options, known=tuple(end.point.p.tolist()), below=below)
-            if back.ahead is not None:  # what was learnt on the way here is not needed again
-                back = replace(back, ahead=Ahead(options.radius))
+            known = tuple(end.point.p.tolist())
+            back = replace(_afresh(options), known=known, below=below)
             return with_pairing(self.residual, end.problem, self.choice, back, p, progress)
 
         best, more = released(
@@ -141,6 +157,11 @@ class ModalFit:
             return objective_at(self.problem, self.residual.evaluate(p))
         except ModelError:
             return np.inf
+
+
+def _afresh(options: Options) -> Options:
+    """For another way: what was learnt on one is of no use on the next."""
+    return options if options.ahead is None else replace(options, ahead=Ahead(options.radius))
 
 
 def modal_fit(spec: Spec, model: Model, recordings: Sequence[Recording]) -> ModalFit:

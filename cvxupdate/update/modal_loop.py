@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from cvxupdate.convex import SolverChoice, StepProblem
+from cvxupdate.convex import SolverChoice, StepProblem, WeightChoice
 from cvxupdate.errors import ModelError
 from cvxupdate.residual.another_pairing import another_pairing
 from cvxupdate.residual.modal import ModalPoint, ModalResidual
@@ -22,6 +22,7 @@ REPAIRINGS = 5  # how often the loop may go on with another pairing
 ROUGHLY, FIRST = 1e-2, 5
 # Rows are known that well, as fractions of deviations of a percent or so (`fe.continued.EXACT`).
 MET = 1e-5
+PATIENCE = 15  # iterations; from random starts most fits take so many in all
 RELEASES = 2  # how often parameters on their bounds are released
 LOWER = 1e-4  # relative decrease of the objective by which another minimum is one
 ON_BOUND = 1e-4  # of the distance between the bounds
@@ -56,14 +57,45 @@ def shapes_first(
     begin = replace(first.point, residual=there)
     loop, notes = with_pairing(there, first.problem, choice, options, begin.p, progress, begin)
     done = len(first.history)
-    history = (*first.history, *(replace(h, number=done + h.number) for h in loop.history))
-    start = replace(first.start, residual=residual)
     said = (
         f"Iterations 1 to {done} fitted the shapes alone, so their objectives do not compare with "
         "those after them.",
     )
-    loop = replace(loop, start=start, history=history, weight=first.weight or loop.weight)
-    return loop, (*(said if done else ()), *notes)
+    begun = replace(first, start=replace(first.start, residual=residual))
+    return _joined(begun, loop, first.weight or loop.weight), (*(said if done else ()), *notes)
+
+
+def _joined(
+    before: LoopResult[ModalPoint], after: LoopResult[ModalPoint], weight: WeightChoice | None
+) -> LoopResult[ModalPoint]:
+    """``after`` with the start and the history of what came ``before`` it."""
+    done = len(before.history)
+    later = (replace(h, number=done + h.number) for h in after.history)
+    return replace(after, start=before.start, history=(*before.history, *later), weight=weight)
+
+
+def begun_again(
+    run: Callable[[Array], tuple[LoopResult[ModalPoint], tuple[str, ...]]],
+    loop: LoopResult[ModalPoint],
+) -> tuple[LoopResult[ModalPoint], tuple[str, ...]] | None:
+    """What ``run`` reaches from halfway between the end of a ``loop`` that came to none and the
+    initial model, (loop with the whole history, notes); None where that is no lower.
+
+    Where modes change places, shapes turn so fast that no step goes far, and a valley may lead
+    along there for ever.
+    """
+    try:
+        again, notes = run(0.5 * loop.point.p)
+    except ModelError:
+        return None
+    before, after = (objective_at(l.problem, l.point) for l in (loop, again))
+    if after >= before * (1.0 - LOWER):
+        return None
+    said = (
+        f"After {len(loop.history)} iterations the objective hardly fell ({before:.4g}), so the "
+        f"loop began again halfway to the initial model ({after:.4g}).",
+    )
+    return _joined(loop, again, loop.weight), (*said, *notes)
 
 
 def released(
@@ -96,9 +128,7 @@ def released(
         after = objective_at(loop.problem, again.point)
         if after >= before * (1.0 - LOWER):
             break
-        done = len(loop.history)
-        history = (*loop.history, *(replace(h, number=done + h.number) for h in again.history))
-        loop = replace(again, start=loop.start, history=history, weight=loop.weight)
+        loop = _joined(loop, again, loop.weight)
         notes = (
             f"The end had {int(np.sum(held))} parameters on their bounds; taken off them they "
             f"led to a lower minimum (objective {before:.4g} → {after:.4g}).",

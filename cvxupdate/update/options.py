@@ -42,7 +42,8 @@ class Options:
     ``shortest``: of steps that fit equally well the shortest (2.101). ``met``: the fraction of
     their deviations to which the rows are known, ``still`` a step (of the trust region's unit) that
     is rounding. ``ahead`` may go on where a step leads. ``known`` (n,) is a minimum found before:
-    where a step leads back to it, no objective below ``below``, the loop ends.
+    where a step leads back to it, no objective below ``below``, the loop ends. ``patience``: of so
+    many iterations that together lower the objective by less than a tenth the last is the last.
     """
 
     tolerance: float = 1e-6
@@ -59,6 +60,7 @@ class Options:
     ahead: Leader | None = None
     known: tuple[float, ...] = ()
     below: float = 0.0
+    patience: int | None = None
 
     def unit(self, p: Array) -> Array:
         """What one unit of the trust region is at ``p`` (n,)."""

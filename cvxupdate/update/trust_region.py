@@ -3,7 +3,7 @@ the objective."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import Generic
@@ -47,6 +47,7 @@ MEETS = "the model meets the recordings to {:.0e} of their deviations"
 FLAT = "no shorter step decreases the objective: it is flat to rounding"
 BACK = 1e-2  # of the trust region's unit: so near a minimum that is known, it is that one
 REAL = 0.1  # a step is believed to lead there if it is not longer than BACK over this
+SLOW = 0.9  # decrease of the objective to which part is slow
 WIDEST = 0.9  # relative trust region at most: no factor 1 + p may change its sign
 
 
@@ -140,6 +141,9 @@ def iterate(
         if flat or _met(here, options):
             status, reason = "converged", FLAT if flat else MEETS.format(options.met)
             break
+        if _crawls(history, options):
+            reason = f"{options.patience} iterations lowered the objective by less than a tenth"
+            break
     last = _taken(step)
     return LoopResult(initial, here.point, last, status, reason, tuple(history), problem, weight)
 
@@ -214,6 +218,16 @@ def _admissible_start(
 def _met(here: Here[P], options: Options) -> bool:
     """Whether nothing but what the rows are not known to is left."""
     return here.value <= options.met**2 * len(here.point.differences[0])
+
+
+def _crawls(history: Sequence[Iteration], options: Options) -> bool:
+    """Whether the last iterations did too little for so many."""
+    n = options.patience
+    return (
+        n is not None
+        and len(history) > n
+        and history[-1].objective > SLOW * history[-1 - n].objective
+    )
 
 
 def _ended(step: Step, here: Here[P], unit: Array, options: Options) -> tuple[str, str] | None:

@@ -14,7 +14,7 @@ from cvxupdate.parallel import Where
 from cvxupdate.report.run_page import run_page
 from cvxupdate.study import run
 from cvxupdate.update.modal_fit import modal_fit
-from cvxupdate.update.modal_loop import released
+from cvxupdate.update.modal_loop import begun_again, released, with_pairing
 from cvxupdate.update.starts import (
     Kept,
     StartEnd,
@@ -157,3 +157,44 @@ def test_parameters_on_bounds_are_released_where_that_leads_lower() -> None:
     released(again, stuck, *wide)
     assert np.allclose(tried[1], [-0.3, -0.08, 0.15])  # halfway where a side is open
     assert released(run, loop, *limits)[0] is loop  # nothing is on a bound
+
+
+def test_a_loop_that_hardly_moves_is_begun_again_halfway_to_the_initial_model() -> None:
+    """Where the end is lower it is taken, with the history of both; else nothing."""
+    spec, model = structure(portal(), PORTAL[:3], update={"method": "frequencies"})
+    truth = np.array([0.12, -0.08, 0.1])
+    fit = modal_fit(spec, model, [measured(model, truth, range(1, 7))])
+    good, _ = fit.run(model.zero())
+    far = np.array([0.4, 0.3, -0.3])
+    stuck = replace(good, point=fit.residual.evaluate(far), status="stopped")
+    asked: list[np.ndarray] = []
+
+    def run(p: np.ndarray):  # type: ignore[no-untyped-def]
+        asked.append(p)
+        return fit.run(p)
+
+    found = begun_again(run, stuck)
+    assert found is not None
+    loop, notes = found
+    assert np.allclose(asked, [0.5 * far])
+    assert np.allclose(loop.point.p, truth, atol=1e-6)
+    assert len(loop.history) > len(stuck.history)
+    assert [h.number for h in loop.history] == list(range(1, len(loop.history) + 1))
+    assert "halfway to the initial model" in notes[0]
+    assert begun_again(lambda _: (stuck, ()), stuck) is None
+
+
+def test_patience_ends_a_loop_that_hardly_moves() -> None:
+    """A trust region of nearly nothing, far from the truth: the limit is far away, too."""
+    spec, model = structure(portal(), PORTAL[:3], update={"method": "frequencies"})
+    fit = modal_fit(spec, model, [measured(model, np.array([0.4, -0.3, 0.5]), range(1, 7))])
+    limited = replace(fit.options, radius=1e-5, max_iterations=50)
+    ways = {
+        n: with_pairing(
+            fit.residual, fit.problem, fit.choice, replace(limited, patience=n), model.zero()
+        )[0]
+        for n in (None, 3)
+    }
+    assert ways[3].status == "stopped" and len(ways[3].history) == 4
+    assert "3 iterations lowered the objective by less than a tenth" in ways[3].reason
+    assert len(ways[None].history) > 10
