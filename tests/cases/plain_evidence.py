@@ -148,7 +148,8 @@ class PlainFit:
 @dataclass(frozen=True)
 class PlainEvidence:
     """Explained below ``limit`` of the misfit; `wide` is ``far`` where that is not None; a
-    hypothesis of sensor faults evaluated is looked up in ``alone`` by its channels."""
+    hypothesis of sensor faults evaluated is looked up in ``alone`` by its channels; nothing but
+    nuisance parameters, fitted again, are ``beside`` where that is not None."""
 
     bases: tuple[PlainFit, ...] = (PlainFit(100.0, errors=LARGE),)
     nominal: Errors = NOMINAL
@@ -157,6 +158,7 @@ class PlainEvidence:
     file: Model | None = None
     mesh: float = 0.0
     far: PlainFit | None = None
+    beside: PlainFit | None = None
     alone: Mapping[tuple[str, ...], PlainFit] = field(default_factory=dict)
     levels: int = 4
     model: Model = CHAIN
@@ -241,7 +243,13 @@ class PlainEvidence:
         return replace(setting, level=level)
 
     def evaluated(self, setting: PlainSetting, p: np.ndarray) -> PlainFit:
-        return self.alone[tuple(f.channel for f in setting.faults)]
+        channels = tuple(f.channel for f in setting.faults)
+        return self.alone[channels] if channels else self.bases[-1]
+
+    def fitted(self, seed: Any, effort: str) -> PlainFit:
+        if seed.effects:
+            raise NotImplementedError
+        return self.bases[-1] if self.beside is None else self.beside
 
 
 def supposed(fit: PlainFit, *effects: Effect, size: float = 0.5, std: float = 0.01) -> Hypothesis:

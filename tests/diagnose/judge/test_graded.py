@@ -20,7 +20,9 @@ from cvxupdate.physics.quantity import physical
 from tests.cases.plain_evidence import PlainEvidence, PlainFit, case_of, effect, supposed, weighed
 
 NODES = np.arange(1, 11)
-BAR = SimpleNamespace(node_ids=NODES, xyz=np.outer(NODES, [1.0, 0.0, 0.0]), blocks=())
+BAR = SimpleNamespace(
+    node_ids=NODES, xyz=np.outer(NODES, [1.0, 0.0, 0.0]), blocks=(), parameters=()
+)
 BASE = PlainFit(100.0, errors=Errors(0.5, 0.5))
 EVIDENCE = PlainEvidence((BASE,), model=BAR)  # type: ignore[arg-type]
 CASE = case_of(EVIDENCE)

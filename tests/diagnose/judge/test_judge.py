@@ -335,3 +335,14 @@ def test_a_rig_alone_that_is_likelier_is_claimed_instead() -> None:
     bad = weighed(replace(POOR, misfit=60.0), feet, sensors, gain)
     assert _a_rig_instead([fewer, bad], fewer, case) is fewer
     assert _a_rig_instead([fewer, alone], alone, case) is alone
+
+
+def test_nothing_is_claimed_for_leading_out_of_a_wrong_valley() -> None:
+    """The nuisance parameters fitted from beside the effect explain as well; where they do better
+    than alone but do not explain, the effect has to do better than that."""
+    good = supposed(GOOD, A)
+    assert judged(replace(EVIDENCE, beside=replace(GOOD, misfit=1.2)), [good]).findings == ()
+    near = PlainFit(30.0, errors=Errors(0.2, 0.2))
+    found = judged(replace(EVIDENCE, beside=near), [good])
+    assert found.case.base.fit.misfit == 30.0 and len(found.findings) == 1
+    assert judged(replace(EVIDENCE, beside=PlainFit(200.0)), [good]).case.base.fit.misfit == 100.0
