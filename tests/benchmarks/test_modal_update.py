@@ -49,6 +49,7 @@ DATA = Path(os.environ.get("CVXUPDATE_DATA", "")) / "smu-modal-data"
 
 
 CAP = 60.0  # times our own time
+RUNS = 9  # of what is written out: ARPACK starts at random, and pairs and evaluations with it
 
 
 class Enough(Exception):
@@ -258,10 +259,11 @@ if __name__ == "__main__":
             f"{problem}: objective {mine:.6g}, {took:.2f} s: modes {inside:.2f} s, derivatives of "
             f"shapes {shapes:.2f} s, the rest {took - inside - shapes:.2f} s"
         )
-        cost, long, evaluations = written_out(case)
+        runs = sorted((written_out(case) for _ in range(RUNS)), key=lambda r: r[1])
+        cost, long, evaluations = runs[RUNS // 2]
         print(
-            f"  least_squares, written out: {cost:.6g}, {long:.2f} s ({long / took:.1f} times), "
-            f"{evaluations} evaluations",
+            f"  least_squares, written out: {cost:.6g}, {long:.2f} s ({long / took:.1f} times; "
+            f"{runs[0][1]:.2f} to {runs[-1][1]:.2f} s), {evaluations} evaluations",
             flush=True,
         )
         for shared in (False, True):
