@@ -137,12 +137,9 @@ def iterate(
         if progress is not None:
             progress(history[-1])
         radius = _next_radius(radius, ratio, size, taken)
-        flat = radius < SHORTEST * max(1.0, _largest(here.point.p, unit))
-        if flat or _met(here, options):
-            status, reason = "converged", FLAT if flat else MEETS.format(options.met)
-            break
-        if _crawls(history, options):
-            reason = f"{options.patience} iterations lowered the objective by less than a tenth"
+        ended = _ended_after(history, here, radius, options)
+        if ended is not None:
+            status, reason = ended
             break
     last = _taken(step)
     return LoopResult(initial, here.point, last, status, reason, tuple(history), problem, weight)
@@ -220,14 +217,19 @@ def _met(here: Here[P], options: Options) -> bool:
     return here.value <= options.met**2 * len(here.point.differences[0])
 
 
-def _crawls(history: Sequence[Iteration], options: Options) -> bool:
-    """Whether the last iterations did too little for so many."""
+def _ended_after(
+    history: Sequence[Iteration], here: Here[P], radius: float, options: Options
+) -> tuple[str, str] | None:
+    """Status and reason where the loop ends with an iteration: nothing is left, no step is short
+    enough, or the last ones did too little for so many."""
+    if radius < SHORTEST * max(1.0, _largest(here.point.p, options.unit(here.point.p))):
+        return "converged", FLAT
+    if _met(here, options):
+        return "converged", MEETS.format(options.met)
     n = options.patience
-    return (
-        n is not None
-        and len(history) > n
-        and history[-1].objective > SLOW * history[-1 - n].objective
-    )
+    if n is not None and len(history) > n and here.value > SLOW * history[-1 - n].objective:
+        return "stopped", f"{n} iterations lowered the objective by less than a tenth"
+    return None
 
 
 def _ended(step: Step, here: Here[P], unit: Array, options: Options) -> tuple[str, str] | None:
