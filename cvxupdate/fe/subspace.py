@@ -22,8 +22,8 @@ Apply = Callable[[NDArray[Any]], Real]
 
 WIDE = 4  # times the modes carried: a space that has grown so far is reduced to its Ritz vectors
 INDEPENDENT = 1e-13  # relative eigenvalue of a Gram matrix below which columns are rounding
-NEARLY = 0.1  # the cosine below which once leaves nothing but rounding of what was orthogonal
 NEGATIVE = 1e-8  # the same of H below zero, beyond which K is negative on a motion: no rounding
+NEARLY = 0.1  # the cosine below which once leaves nothing but rounding of what was orthogonal
 
 
 def lowest_modes(
@@ -51,7 +51,7 @@ def lowest_modes(
             return None
         values, Y = ritz
         open_ = np.zeros(0, dtype=int)
-        for first in {last: None, 0: None}:  # those below once more before the end
+        for first in dict.fromkeys((last, 0)):  # those below once more before the end
             left, pushed, size = space.left(values, Y, slice(first, wanted))
             open_ = np.flatnonzero(size * values[first:wanted] / values[-1] > accuracy)
             if len(open_):
@@ -71,7 +71,7 @@ class _Space:
     multiplied by K, whose large entries would leave rounding in the small eigenvalues."""
 
     def __init__(self, size: int, modes: int, inertia: Apply) -> None:
-        most = (WIDE + 1) * modes
+        most = WIDE * modes
         # columns as they come lie together, so that growing moves nothing
         self._P, self._B = (np.empty((size, most), order="F") for _ in range(2))
         self._H, self._G = np.zeros((most, most)), np.zeros((most, most))

@@ -124,7 +124,8 @@ class Update(Part):
     release_bounds: bool = Field(
         default=False,
         description="frequencies, sensitivity: release the parameters that ended on a bound, and "
-        "go on where that leads lower",
+        "go on where that leads lower; where the fit crawls, begin again halfway to the initial "
+        "model",
     )
     starts: NonNegativeCount = Field(
         default=0,

@@ -114,7 +114,8 @@ class ModalFit:
         if not self.release:
             return begun(p0)
         loop, notes = begun(p0, PATIENCE)
-        if loop.status == "stopped":
+        crawled = loop.status == "stopped" and len(loop.history) < options.max_iterations
+        if crawled:
             loop, notes = begun_again(begun, loop) or begun(p0)
         parameters = self.residual.model.parameters
 

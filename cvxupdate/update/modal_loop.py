@@ -181,11 +181,7 @@ def with_pairing(
         for p in [*(h.p for h in reversed(chain) if h.accepted), loop.start.p]:
             back = back.residual.evaluate(np.array(p), back)
         notes.append(_repaired(loop.point, other.places, before, after))
-        history = (
-            *chain,
-            *(replace(h, number=len(chain) + 1 + i) for i, h in enumerate(again.history)),
-        )
-        loop = replace(again, start=back, history=history, weight=loop.weight)
+        loop = replace(_joined(loop, again, loop.weight), start=back)
     return loop, tuple(notes)
 
 
