@@ -65,7 +65,6 @@ class Cords(EffectType):
             partial(_grown, model, rows, kind, unit),
             at_once(rows, "K", unit * np.eye(n)),
             along=parallel(np.array(rows), np.eye(n), np.full(n, unit)),
-            part=UNIT if stiff > 0.0 else 0.0,
         )
         place = Place(nodes=nodes, dof=kind)
         spot = f"at {where(place)}"

@@ -72,8 +72,7 @@ class ModelChange:
     set; ``additive``: K and M move in proportion, and those of a set as the sum of its members';
     ``series``: a compliance beside that of its place: sizes p act as p / (1 + p); ``cubic``:
     stiffness goes with (1 + p)³; ``along``: its directions at any size, where the tangent does not
-    tell them; ``start``: all its unknowns from the size of the first; ``others``: further starts;
-    ``part``: what one unit of a spring to ground is of the stiffness at its place.
+    tell them; ``start``: all its unknowns from the size of the first; ``others``: further starts.
     """
 
     grow: Callable[[], Model]
@@ -85,7 +84,6 @@ class ModelChange:
     along: LowRank | None = None
     start: Callable[[float], Real] | None = None
     others: Callable[[Real], Sequence[Real]] | None = None
-    part: float = 0.0
 
     @cached_property
     def model(self) -> Model:

@@ -47,12 +47,10 @@ class GroundingSpring(EffectType):
             stiffness, mass = context.local(row)
             if stiffness == 0.0 and mass == 0.0:
                 continue
-            part = UNIT if stiffness > 0 else 0.0
-            unit = part * stiffness or mass * (2 * np.pi * context.bottom) ** 2
+            unit = UNIT * stiffness if stiffness > 0.0 else mass * (2 * np.pi * context.bottom) ** 2
             change = ModelChange(
                 partial(_grown, context.model, row, node, kind, unit),
                 at_once((row,), "K", np.full((1, 1), unit)),
-                part=part,
             )
             place = Place(nodes=(node,), dof=kind)
             figures = (physical("k", stiffness_unit(place)),)

@@ -15,6 +15,7 @@ from cvxupdate.fe.modes import model_modes
 from cvxupdate.recordings.load import load_recordings
 from cvxupdate.study import correlate, diagnose, run
 from tests.cases.cantilever import load, rows_of, text
+from tests.cases.long_bar import text as long_bar
 
 
 def problem(folder, extra, modes=4, again=True):
@@ -175,3 +176,25 @@ def test_a_hidden_oscillator_is_told_by_the_mode_that_it_brings(tmp_path):
     assert set(first["parameters"]) == {"m", "k"}
     assert first["parameters"]["m"] == pytest.approx(0.04, rel=0.1)
     assert first["parameters"]["k"] == pytest.approx(2.0e4, rel=0.1)
+
+
+@pytest.mark.parametrize("k", [2e6, 1e9])
+def test_two_frequencies_place_a_support_among_neighbours(tmp_path, k):
+    """Of a mesh that is finer than they tell: the effect is sure, its very node is not, nor is the
+    stiffness of one that is as good as rigid."""
+    spring = (
+        '[[model.elements]]\ntype = "spring"\ndof = "z"\n'
+        f"rows = [{{ id = 900, nodes = [54], k = {k} }}]"
+    )
+    _, real = load(tmp_path, long_bar(160, "rows = [{ frequency = 1.0 }]", spring))
+    f = model_modes(real, 2).frequencies[:2] * [1.0004, 0.9994]
+    spec, model = load(tmp_path, long_bar(160, f"rows = [{rows_of(f)}]"))
+    said = diagnose_problem(spec, model, load_recordings(spec)).to_json()
+    first = said["findings"][0]
+    assert first["physics"] == "grounding_spring" and first["location"]["dof"] == "z"
+    (at,) = first["location"]["nodes"]
+    assert abs(at - 54) <= 2
+    also = [e["location"]["nodes"] for e in first["equivalent"] if e["location"]["dof"] == "z"]
+    assert {n for (n,) in also} >= {at - 1, at + 1}
+    assert first["confidence"] < 0.8
+    assert any("hardly told from it, is sure to" in line for line in said["evidence"])

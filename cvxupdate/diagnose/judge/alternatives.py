@@ -29,6 +29,31 @@ def equivalents(
     return list(out.values())
 
 
+def spread_over(
+    number: int, best: Hypothesis, alike: Sequence[Effect], near: Sequence[tuple[Hypothesis, float]]
+) -> dict[str, float]:
+    """Deviations of the figures of effect ``number`` of the best hypothesis about what it has, the
+    places ``alike`` taken with it: its own, and those of each of ``near`` that differs by nothing
+    but such a place and tells its size there, as many times less likely as stands beside it."""
+    effect, own = best.effects[number], best.figures[number]
+    rest, places = best.keys - {effect.key}, {e.key for e in alike}
+    whole, squares = 1.0, {name: std**2 for name, std in own.deviations.items()}
+    for rival, behind in near:
+        other = rival.keys - rest
+        if not (rest <= rival.keys and len(other) == 1 and other <= places):
+            continue
+        figures = next(
+            f for e, f in zip(rival.effects, rival.figures, strict=True) if e.key in other
+        )
+        if any(figures.deviations[name] > abs(figures.values[name]) for name in squares):
+            continue  # nearly rigid: what has no upper limit has no mean
+        whole += 1.0 / behind
+        for name, value in own.values.items():
+            off = figures.values[name] - value
+            squares[name] += (off**2 + figures.deviations[name] ** 2) / behind
+    return {name: float(np.sqrt(square / whole)) for name, square in squares.items()}
+
+
 def _same(one: Effect, other: Effect) -> bool:
     return (one.physics, one.place) == (other.physics, other.place)
 

@@ -19,7 +19,7 @@ from cvxupdate.diagnose.judge.acceptance import (
     saturated,
     weighed,
 )
-from cvxupdate.diagnose.judge.alternatives import equivalents
+from cvxupdate.diagnose.judge.alternatives import equivalents, spread_over
 from cvxupdate.diagnose.judge.confidence import Standing, certainty_of_groups, standing
 from cvxupdate.diagnose.judge.graded import Graded, graded
 from cvxupdate.diagnose.judge.groups import group_findings, loose_groups
@@ -156,7 +156,7 @@ def _likeliest(candidates: Sequence[Weighed], case: Case) -> Weighed | None:
     """Of those that rest on sizes that are there, and that what was held out does not refute as
     long as there are such; where two are as likely the one that adds less to the file's elements,
     then in the order of the search."""
-    there = [w for w in candidates if sound(w.hypothesis)]
+    there = [w for w in candidates if sound(w.hypothesis, case.evidence.band[0])]
     held = [w for w in there if not refuted(w, case)]
 
     def rank(w: Weighed) -> tuple[float, int]:
@@ -210,13 +210,16 @@ def _findings(
     for k in sorted(told, key=lambda k: -parts[k]):
         effect, figures = h.effects[k], h.figures[k]
         same = equivalents(effect, h, [w.hypothesis for w in near])
+        alike = case.evidence.alike(final.fit, effect)
         untold = standings[k].untold
         finding = Finding(
             effect.physics,
             effect.place,
             effect.title,
             figures.values,
-            figures.deviations,
+            spread_over(
+                k, h, alike, [(w.hypothesis, b) for w, b in zip(near, behind, strict=True)]
+            ),
             figures.noise,
             standings[k].confidence,
             parts[k],

@@ -7,14 +7,20 @@ import numpy as np
 from cvxupdate.diagnose.hypothesis import Hypothesis
 from cvxupdate.diagnose.judge.confidence import size_of
 from cvxupdate.diagnose.settings import AT_BOUND, LEAST_SIZE, MASS_STD, PIECE, STIFFNESS_STD
+from cvxupdate.diagnose.types import Real
+from cvxupdate.fe.factor import factored
+from cvxupdate.fe.model import Model
 from cvxupdate.fe.parameters import Parameter
 from cvxupdate.physics.effect import Effect
 
 
-def sound(h: Hypothesis) -> bool:
+def sound(h: Hypothesis, bottom: float) -> bool:
     """Whether every effect's first unknown is off its bounds and at least `LEAST_SIZE` of its
     standard deviations, the usual scatter of a piece among them, from nothing; an exchange of
-    channels has no size, and a compliance may be as large as it can."""
+    channels has no size, and a compliance may be as large as it can. For what is nearly free
+    or nearly rigid has no upper limit, a compliance p counts by the degree of fixity that it
+    leaves, 1 / (1 + p) (Monforton and Wu 1963), a spring to ground by that which it brings.
+    ``bottom`` of the band in Hz."""
     fit, at = h.fit, len(h.fit.setting.model.parameters) - sum(e.columns for e in h.effects)
     for effect, figures in zip(h.effects, h.figures, strict=True):
         if effect.change is None:
@@ -25,7 +31,14 @@ def sound(h: Hypothesis) -> bool:
             p, q = float(fit.p[at]), fit.setting.model.parameters[at]
             released = effect.change.series and p > 0.0  # a hinge is the limit of a loose joint
             deviation = float(np.hypot(fit.deviations[at], usual(effect, q)))
-            if (on_bound(p, q) and not released) or _deviations(effect, p, deviation) < LEAST_SIZE:
+            if on_bound(p, q) and not released:
+                return False
+            deviations = abs(p) / max(deviation, float(np.finfo(float).tiny))
+            if effect.change.series:
+                deviations *= abs(1.0 + p)
+            elif effect.type.unlimited and deviations < LEAST_SIZE:
+                deviations *= fixity(h, at, bottom)
+            if deviations < LEAST_SIZE:
                 return False
         at += effect.columns
     return True
@@ -46,14 +59,31 @@ def usual(effect: Effect, q: Parameter) -> float:
     return PIECE * {"stiffness": STIFFNESS_STD, "mass": MASS_STD}.get(q.of, 0.0)
 
 
-def _deviations(effect: Effect, p: float, deviation: float) -> float:
-    """How many of its deviations a size is from nothing: of a compliance by the degree of fixity
-    that it leaves, 1 / (1 + p) (Monforton and Wu 1963), of a spring to ground by that which it
-    brings, for a support that is nearly rigid has no upper limit."""
-    change, fixity = effect.change, 1.0
-    if change is not None:
-        fixity = 1.0 + (p if change.series else change.part * p)
-    return abs(p) * abs(fixity) / max(deviation, float(np.finfo(float).tiny))
+def fixity(h: Hypothesis, at: int, bottom: float) -> float:
+    """By what springs to ground, parameter ``at`` of a fitted model, make the structure stiffer at
+    their place: 1 + k a with the flexibility a without them, 1 / (1 - k a') beside them."""
+    p, omega = h.fit.p, 2.0 * np.pi * bottom
+    taken = float(p[at]) * share_per_size(h.fit.setting.model, p, at, omega)
+    return 1.0 / max(1.0 - taken, float(np.finfo(float).eps))
+
+
+def share_per_size(model: Model, p: Real, number: int, omega: float) -> float:
+    """What springs, whose stiffness a parameter scales, take of a force at them in the mean, per
+    unit of the parameter: tr(K' A⁻¹) / n with A = K + ω² M at ``p``, ``omega`` in rad/s, so that
+    what nothing else holds is held by its inertia."""
+    matrices = model.matrices(p[: len(model.parameters)])
+    factors = factored((matrices.K + omega**2 * matrices.M).tocsc(), "the stiffness matrix")
+    share, count = 0.0, 0
+    for block in model.derivative(number):
+        if block.K is None:
+            continue
+        for dofs, K in zip(block.dofs, block.K, strict=True):
+            rows, free = dofs[dofs >= 0], dofs >= 0
+            forces = np.zeros((model.size, len(rows)))
+            forces[rows, np.arange(len(rows))] = 1.0
+            share += float(np.sum(K[np.ix_(free, free)] * factors.solve(forces)[rows]))
+            count += len(rows)
+    return share / max(count, 1)
 
 
 def on_bound(p: float, q: Parameter) -> bool:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from cvxupdate.diagnose.budget import Budget
 from cvxupdate.diagnose.fit import Fit, fitted_at
+from cvxupdate.diagnose.modes.alike import places_alike
 from cvxupdate.diagnose.modes.figures import modes_shown
 from cvxupdate.diagnose.modes.finite_size import BASIS, local, scan
 from cvxupdate.diagnose.modes.first_order import columns_of, first_order, linearised
@@ -186,6 +187,14 @@ class ModesEvidence(Linear):
         trusted."""
         scores = first_order(found, effects)
         return [replace(s, trusted=local(s.effect) is None) for s in scores]
+
+    def alike(self, found: Fit, effect: Effect, strictly: bool = False) -> Sequence[Effect]:
+        """Of what changes the model at nodes or elements, beside the nuisance parameters alone: a
+        stiff support is still, and so are its neighbours in the end."""
+        if strictly or effect.change is None or not (effect.place.nodes or effect.place.elements):
+            return ()
+        there = self.candidates(self.model, (effect.physics,))
+        return places_alike(self.bases[-1], effect, there)
 
     def halves(self, found: Fit) -> Sequence[NDArray[np.bool_]]:
         """None: a table has few rows."""

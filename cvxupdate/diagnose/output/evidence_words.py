@@ -13,7 +13,7 @@ from cvxupdate.diagnose.output.rival_words import named, shortly, verbs
 from cvxupdate.diagnose.output.strain_words import strained_lines
 from cvxupdate.diagnose.output.wording import RIVALS, by_themselves, nonlinear
 from cvxupdate.diagnose.results import Finding
-from cvxupdate.diagnose.settings import AS_LIKELY, LEAST_CHANGE, LEVEL_CHANGE
+from cvxupdate.diagnose.settings import AS_LIKELY, LEAST_CHANGE, LEVEL_CHANGE, STATED
 from cvxupdate.diagnose.types import Errors, Evidence, LevelChange
 from cvxupdate.physics.effect import MOTION
 from cvxupdate.physics.place import capital
@@ -126,6 +126,7 @@ def _finding_lines(judgement: Judgement, final: Weighed) -> list[str]:
         if (e.physics, e.place) not in told
     ]
     out += [line for f in judgement.findings for line in _equivalents(f)]
+    out += _thereabouts(judgement)
     out += _next(judgement, final)
     mine = final.hypothesis.title  # another form of one law has the same
     others = [w for w in judgement.field if w.hypothesis.title != mine]
@@ -186,6 +187,22 @@ def _equivalents(f: Finding) -> list[str]:
         (f"Less likely than {f.title}, but not ruled out: ", f.unlikelier),
     )
     return [begins + _few(titles) for begins, titles in told if titles]
+
+
+def _thereabouts(judgement: Judgement) -> list[str]:
+    """How likely an effect is to stand where it was found or at a place hardly told from it, where
+    that says more than the confidence in its very place."""
+    told = {(f.physics, f.place): f for f in judgement.findings}
+    final, out = judgement.final, []
+    for e, s in zip(final.hypothesis.effects if final else (), judgement.standings, strict=False):
+        near = min(s.here, s.most)
+        if (e.physics, e.place) in told and near > s.confidence + STATED / 2.0:
+            out.append(
+                f"That {e.title} is needed there, or at one of the places hardly told from it, is "
+                f"sure to {100.0 * near:.0f} %; {100.0 * s.confidence:.0f} % is the confidence in "
+                "that very place."
+            )
+    return out
 
 
 def _few(titles: Sequence[str]) -> str:

@@ -10,7 +10,7 @@ import numpy as np
 from cvxupdate.diagnose.hypothesis import Hypothesis, seed_from, without
 from cvxupdate.diagnose.search.race import entered, merged, raced
 from cvxupdate.diagnose.settings import NEIGHBOURS, WALKS
-from cvxupdate.diagnose.types import Evidence, Key, Progress, Score, Seed
+from cvxupdate.diagnose.types import Evidence, Key, Progress, Real, Score, Seed
 from cvxupdate.physics.effect import Effect
 
 
@@ -57,7 +57,7 @@ def _seeds(evidence: Evidence, best: Hypothesis, tried: Collection[frozenset[Key
         rest = without(evidence, best, k) if places else None
         if rest is None:
             continue
-        size = np.array([best.values[k][q.name] for q in effect.figures])
+        size = _size(best, k)
         context = evidence.context(rest.fit.setting.model)
         theres = [other.on(context) for other in places]
         same = [t for t in theres if t is not None and t.physics == effect.physics]
@@ -66,6 +66,14 @@ def _seeds(evidence: Evidence, best: Hypothesis, tried: Collection[frozenset[Key
         scores += _screened(evidence, rest, unlike) if unlike else []
         out += [seed_from(evidence, rest, s, evidence.levels - 1) for s in scores]
     return [s for s in out if s is not None]
+
+
+def _size(best: Hypothesis, number: int) -> Real:
+    """As parameters of the model, or in the units of a law."""
+    effect = best.effects[number]
+    if effect.change is not None:
+        return best.sizes(number)
+    return np.array([best.values[number][q.name] for q in effect.figures])
 
 
 def _screened(evidence: Evidence, rest: Hypothesis, wanted: Sequence[Effect]) -> list[Score]:

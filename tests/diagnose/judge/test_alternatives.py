@@ -4,7 +4,13 @@ from __future__ import annotations
 
 import pytest
 
-from cvxupdate.diagnose.judge.alternatives import equivalents, has, nodes_of, overlapping
+from cvxupdate.diagnose.judge.alternatives import (
+    equivalents,
+    has,
+    nodes_of,
+    overlapping,
+    spread_over,
+)
 from cvxupdate.diagnose.types import Errors
 from cvxupdate.physics.place import Place
 from tests.cases.plain_evidence import (
@@ -34,6 +40,25 @@ def test_what_a_rival_has_beside_the_effect_stands_for_nothing() -> None:
     """The strangers' lump was said not to be told from a stiffness that went beside it."""
     a, b, c = (effect(nodes=(n,)) for n in (1, 2, 3))
     assert equivalents(a, supposed(BEST, a), [supposed(BEST, a, b), supposed(BEST, c)]) == [(c, 1)]
+
+
+def test_a_size_is_as_sure_as_the_places_hardly_told_from_its_own_let_it_be() -> None:
+    a, b, c, d = (effect(nodes=(n,)) for n in (1, 2, 3, 4))
+    best = supposed(BEST, a, b, size=0.5, std=0.1)
+    near = [
+        (supposed(BEST, c, b, size=0.9, std=0.2), 4.0),
+        (supposed(BEST, d, b, size=5.0, std=0.2), 1.0),  # no place alike
+        (supposed(BEST, c, size=5.0, std=0.2), 1.0),  # something else beside it
+    ]
+    spread = spread_over(0, best, [c], near)
+    assert spread["factor"] == pytest.approx(((0.1**2 + (0.4**2 + 0.2**2) / 4.0) / 1.25) ** 0.5)
+    assert spread_over(0, best, [], near)["factor"] == pytest.approx(0.1)
+
+
+def test_a_place_at_which_a_size_has_no_limit_says_nothing_of_it() -> None:
+    a, c = effect(nodes=(1,)), effect(nodes=(3,))
+    best, rigid = supposed(BEST, a, size=0.5, std=0.1), supposed(BEST, c, size=9.0, std=99.0)
+    assert spread_over(0, best, [c], [(rigid, 1.0)])["factor"] == pytest.approx(0.1)
 
 
 def test_places_overlap_where_they_share_most_of_their_elements_or_a_node() -> None:

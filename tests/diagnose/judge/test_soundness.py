@@ -4,15 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from pathlib import Path
 
+import numpy as np
 import pytest
 
-from cvxupdate.diagnose.judge.soundness import said_plainly, sound, usual
+from cvxupdate.diagnose.hypothesis import Hypothesis
+from cvxupdate.diagnose.judge.soundness import fixity, said_plainly, sound, usual
 from cvxupdate.diagnose.settings import AT_BOUND, LEAST_SIZE, MASS_STD, PIECE, STIFFNESS_STD
+from cvxupdate.physics import candidates_of
+from cvxupdate.physics.context import SearchContext
 from cvxupdate.physics.effect import ChannelFault, Effect
 from cvxupdate.physics.fault import Fault
+from cvxupdate.physics.place import Place
+from tests.cases.cantilever import load
+from tests.cases.long_bar import text as long_bar
 from tests.cases.plain_evidence import (
     PlainFit,
+    PlainSetting,
     PlainType,
     effect,
     fault,
@@ -21,11 +30,13 @@ from tests.cases.plain_evidence import (
 )
 
 FIT = PlainFit(1.0)
+BOTTOM = 0.1  # Hz: nothing swings yet
+SOFT = 1.0 / (3.0 * 207e9 * 0.04 * 0.012**3 / 12.0)  # m/N, at the tip of the bar of a metre
 
 
 def test_a_size_is_clearly_something() -> None:
-    assert sound(supposed(FIT, effect(), size=0.5, std=0.5 / (1.01 * LEAST_SIZE)))
-    assert not sound(supposed(FIT, effect(), size=0.5, std=0.5 / (0.99 * LEAST_SIZE)))
+    assert sound(supposed(FIT, effect(), size=0.5, std=0.5 / (1.01 * LEAST_SIZE)), BOTTOM)
+    assert not sound(supposed(FIT, effect(), size=0.5, std=0.5 / (0.99 * LEAST_SIZE)), BOTTOM)
 
 
 def on_members() -> Effect:
@@ -44,15 +55,15 @@ def test_pieces_of_a_group_scatter_about_their_common_value(of: str, std: float)
 
 def test_a_factor_within_the_scatter_of_its_pieces_is_nothing() -> None:
     least = LEAST_SIZE * PIECE * STIFFNESS_STD
-    assert not sound(supposed(FIT, on_members(), size=0.9 * least, std=1e-6))
-    assert sound(supposed(FIT, on_members(), size=1.1 * least, std=1e-6))
-    assert sound(supposed(FIT, effect(), size=0.9 * least, std=1e-6))
+    assert not sound(supposed(FIT, on_members(), size=0.9 * least, std=1e-6), BOTTOM)
+    assert sound(supposed(FIT, on_members(), size=1.1 * least, std=1e-6), BOTTOM)
+    assert sound(supposed(FIT, effect(), size=0.9 * least, std=1e-6), BOTTOM)
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_a_size_on_its_bound_would_rather_be_elsewhere(side: float) -> None:
-    assert not sound(supposed(FIT, effect(), size=side * (1.0 - 0.5 * AT_BOUND)))
-    assert sound(supposed(FIT, effect(), size=side * (1.0 - 2.0 * AT_BOUND)))
+    assert not sound(supposed(FIT, effect(), size=side * (1.0 - 0.5 * AT_BOUND)), BOTTOM)
+    assert sound(supposed(FIT, effect(), size=side * (1.0 - 2.0 * AT_BOUND)), BOTTOM)
 
 
 def test_a_compliance_may_be_as_large_as_it_can() -> None:
@@ -60,33 +71,47 @@ def test_a_compliance_may_be_as_large_as_it_can() -> None:
     joint = effect()
     assert joint.change is not None
     joint = replace(joint, action=replace(joint.change, series=True))
-    assert sound(supposed(FIT, joint, size=1.0))
-    assert not sound(supposed(FIT, joint, size=-1.0))
+    assert sound(supposed(FIT, joint, size=1.0), BOTTOM)
+    assert not sound(supposed(FIT, joint, size=-1.0), BOTTOM)
 
 
-@pytest.mark.parametrize(("part", "there"), [(0.02, False), (10.0, True)])
-def test_a_spring_may_be_nearly_rigid_but_not_nearly_nothing(part: float, there: bool) -> None:
-    """Both as large as their deviations: a roller five times as stiff as its place is there, "210 ±
-    210 N·m/rad" of a soft spring is nothing."""
-    spring = effect()
+@pytest.mark.parametrize("parts", [4, 32])
+@pytest.mark.parametrize(("k", "there"), [(100.0, False), (1e6, True)])
+def test_a_spring_may_be_nearly_rigid_but_not_nearly_nothing(
+    tmp_path: Path, parts: int, k: float, there: bool
+) -> None:
+    """Both as large as their deviations: a roller 280 times as stiff as its place is there, "100 ±
+    100 N/m" of a soft spring is nothing; however fine the mesh is."""
+    _, bar = load(tmp_path, long_bar(parts, rows="rows = [{ frequency = 10.0 }]"))
+    bare = bar.with_parameters(())
+    m = bare.matrices(bare.zero())
+    context = SearchContext(bare, m.K, m.M, 1.0, 0.1, (), (), lambda node, kind: bare, 0.01)
+    tip = Place(nodes=(parts + 1,), dof="z")
+    spring = next(e for e in candidates_of(context, ("grounding_spring",)) if e.place == tip)
     assert spring.change is not None
-    spring = replace(spring, action=replace(spring.change, part=part))
-    assert sound(supposed(FIT, spring, size=0.5, std=0.5)) is there
+    model = spring.change.model
+    unit, _ = spring.figures[0].value(model, model.parameters[-1], 1.0, 0.0)
+    p = np.array([k / unit])
+    fit = PlainFit(1.0, p=p, deviations=p, setting=PlainSetting(model))  # type: ignore[arg-type]
+    h = Hypothesis((spring,), fit)  # type: ignore[arg-type]
+    assert fixity(h, 0, 1e-4) == pytest.approx(1.0 + k * SOFT, rel=1e-5)
+    assert sound(h, BOTTOM) is there
 
 
 def test_every_effect_counts() -> None:
     a, b = effect(), effect(nodes=(2,))
     h = supposed(FIT, a, b)
-    assert sound(h)
+    assert sound(h, BOTTOM)
     hardly = replace(h.fit, p=h.fit.p * [1.0, 1e-3])  # type: ignore[type-var]
-    assert not sound(replace(h, fit=hardly))
+    assert not sound(replace(h, fit=hardly), BOTTOM)
 
 
 def test_an_exchange_of_channels_has_no_size() -> None:
     """Its figure is one when it is whole, the same as of a channel without fault."""
     gain = fault("n1.x")
     swap = replace(gain, action=ChannelFault(Fault("n1.x", "swap", other="n2.x")))
-    assert not sound(supposed(FIT, gain, size=0.0)) and sound(supposed(FIT, swap, size=0.0))
+    assert not sound(supposed(FIT, gain, size=0.0), BOTTOM)
+    assert sound(supposed(FIT, swap, size=0.0), BOTTOM)
 
 
 @dataclass(frozen=True)
