@@ -23,7 +23,7 @@ from cvxupdate.diagnose.modes.kinds import departs, whole_within
 from cvxupdate.diagnose.modes.levels import level_change
 from cvxupdate.diagnose.modes.members import whole_members
 from cvxupdate.diagnose.modes.remains import remains
-from cvxupdate.diagnose.modes.scene import scene
+from cvxupdate.diagnose.modes.scene import scene_of
 from cvxupdate.diagnose.modes.setting import ModesSetting, setting_of
 from cvxupdate.diagnose.modes.tables import Tables, errors_of, metrics_of, rms
 from cvxupdate.diagnose.modes.tuned import tuned
@@ -48,8 +48,6 @@ from cvxupdate.diagnose.types import (
     Seed,
 )
 from cvxupdate.fe.model import Model
-from cvxupdate.fe.modes import natural_modes
-from cvxupdate.fe.rigid import rigid_body_modes
 from cvxupdate.fe.synthesis.space import Space
 from cvxupdate.physics import candidates_of
 from cvxupdate.physics.context import SearchContext
@@ -171,7 +169,7 @@ class ModesEvidence(Linear):
         return fitted_at(setting, p)
 
     def fitted(self, seed: Seed, effort: str) -> Fit:
-        """By trust-region convex steps, to the end at once."""
+        """By convex steps, to the end at once."""
         return fitted_from(seed.setting, seed.start, seed.continued, self._space)
 
     def linearised(self, found: Fit) -> Linearised:
@@ -179,7 +177,7 @@ class ModesEvidence(Linear):
         return linearised(found)
 
     def columns(self, found: Fit, effects: Sequence[Effect]) -> list[Real | None]:
-        """Weighted derivative columns."""
+        """Weighted."""
         return columns_of(found, effects)
 
     def first_order(self, found: Fit, effects: Sequence[Effect]) -> list[Score]:
@@ -189,12 +187,10 @@ class ModesEvidence(Linear):
         return [replace(s, trusted=local(s.effect) is None) for s in scores]
 
     def alike(self, found: Fit, effect: Effect, strictly: bool = False) -> Sequence[Effect]:
-        """Of what changes the model at nodes or elements, beside the nuisance parameters alone: a
-        stiff support is still, and so are its neighbours in the end."""
-        if strictly or effect.change is None or not (effect.place.nodes or effect.place.elements):
+        """Beside the nuisance parameters alone: a stiff support is still, its neighbours nearly."""
+        if strictly:
             return ()
-        there = self.candidates(self.model, (effect.physics,))
-        return places_alike(self.bases[-1], effect, there)
+        return places_alike(self.bases[-1], effect, self.candidates(self.model, (effect.physics,)))
 
     def halves(self, found: Fit) -> Sequence[NDArray[np.bool_]]:
         """None: a table has few rows."""
@@ -205,10 +201,7 @@ class ModesEvidence(Linear):
     ) -> FiniteSize:
         """Local effects in the space of the model's own modes; whole members by continuation where
         the model is far off."""
-        at, model = nominal.point.matrices, nominal.setting.model
-        count = min(model.size, max(BASIS, len(nominal.point.modes.eigenvalues)))
-        many = natural_modes(at.K, at.M, count, rigid_body_modes(model, at.K, at.M))
-        around = scene(nominal.point, nominal.setting.scales, many)
+        around, model = scene_of(nominal, BASIS), nominal.setting.model
         scores = [
             Score(effects[k], 1.0 - left / around.total, np.array([size]), exact=True)
             for k, (left, size) in scan(around, effects).items()
@@ -252,9 +245,8 @@ class ModesEvidence(Linear):
     def wide(self) -> Fit:
         """The nuisance parameters let go far beyond their scatter."""
         bare = self.model.with_parameters(())
-        model = with_nuisance(bare, wide=True, theory=self.fine.theory)
-        setting = setting_of(model, self.tables, wide=True)
-        return fitted_from(setting, model.zero(), space=self._space)
+        far = with_nuisance(bare, wide=True, theory=self.fine.theory)
+        return fitted_from(setting_of(far, self.tables, wide=True), far.zero(), space=self._space)
 
     def further(self, last: Fit) -> Further:
         """What the damping ratios say, and FRFs beside the modes in them."""

@@ -8,11 +8,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
+from cvxupdate.diagnose.fit import Fit
 from cvxupdate.diagnose.settings import SHAPES_OFF
 from cvxupdate.diagnose.types import Real
 from cvxupdate.fe.block import Index
 from cvxupdate.fe.model import Matrices
-from cvxupdate.fe.modes import Modes
+from cvxupdate.fe.modes import Modes, natural_modes
+from cvxupdate.fe.rigid import rigid_body_modes
 from cvxupdate.residual.another_pairing import shape_distances
 from cvxupdate.residual.modal import ModalPoint
 
@@ -107,6 +109,14 @@ class Scene:
             further = np.einsum("nr,nkr->nk", V[:, q:, u], tail)
             out.append(V[:, :q, u] @ self.many.shapes[rows, :q].T + further)
         return out
+
+
+def scene_of(nominal: Fit, least: int) -> Scene:
+    """A fit in the space of its model's own modes, ``least`` of them where there are as many."""
+    at, model = nominal.point.matrices, nominal.setting.model
+    count = min(model.size, max(least, len(nominal.point.modes.eigenvalues)))
+    many = natural_modes(at.K, at.M, count, rigid_body_modes(model, at.K, at.M))
+    return scene(nominal.point, nominal.setting.scales, many)
 
 
 def scene(point: ModalPoint, scales: Real, many: Modes) -> Scene:
