@@ -10,7 +10,8 @@ import pytest
 
 from cvxupdate.diagnose import diagnose_problem
 from cvxupdate.diagnose.nominal.damping import undamped
-from cvxupdate.diagnose.nominal.scatter import with_nuisance
+from cvxupdate.diagnose.nominal.scatter import let_far, with_nuisance
+from cvxupdate.diagnose.nominal.supports import elements_of
 from cvxupdate.fe.modes import model_modes
 from cvxupdate.recordings.load import load_recordings
 from cvxupdate.study import correlate, diagnose, run
@@ -121,7 +122,7 @@ def test_many_groups_that_are_off_are_a_matter_of_parameters(tmp_path):
         text("ROWS", hold=words),
     )
     spec, model = load(tmp_path, three.replace("ROWS", "{ frequency = 10.0 }"))
-    wide = with_nuisance(undamped(model), wide=True)
+    wide = let_far(with_nuisance(undamped(model)), elements_of(model))
     off = dict(zip(("bar 0", "bar 1", "bar 2", "bar 3"), (0.16, -0.13, 0.17, -0.14), strict=True))
     p = np.array([off[q.group] if q.of == "stiffness" else 0.0 for q in wide.parameters])
     spec, model = load(

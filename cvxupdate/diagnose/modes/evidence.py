@@ -29,7 +29,7 @@ from cvxupdate.diagnose.modes.tables import Tables, errors_of, metrics_of, rms
 from cvxupdate.diagnose.modes.tuned import tuned
 from cvxupdate.diagnose.nominal.mesh import MeshError, mesh_line
 from cvxupdate.diagnose.nominal.refinement import Mesh, mesh_lines, mesh_notes
-from cvxupdate.diagnose.nominal.scatter import with_nuisance
+from cvxupdate.diagnose.nominal.scatter import let_far
 from cvxupdate.diagnose.nominal.supports import elements_of, on_the_file, regrown
 from cvxupdate.diagnose.nominal.theory import theory_lines
 from cvxupdate.diagnose.nominal.written import sayable, solid_of
@@ -244,8 +244,7 @@ class ModesEvidence(Linear):
 
     def wide(self) -> Fit:
         """The nuisance parameters let go far beyond their scatter."""
-        bare = self.model.with_parameters(())
-        far = with_nuisance(bare, wide=True, theory=self.fine.theory)
+        far = let_far(self.model, elements_of(self.file or self.model))
         return fitted_from(setting_of(far, self.tables, wide=True), far.zero(), space=self._space)
 
     def further(self, last: Fit) -> Further:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from cvxupdate.diagnose.nominal.theory import GROUP, SIZES, theory_parameters
 from cvxupdate.diagnose.settings import CREDIBLE, FREE, MASS_STD, STIFFNESS_STD, WIDE
 from cvxupdate.fe.model import Model
@@ -15,16 +17,14 @@ MEMBER = "exact member "
 parts of one member, drawn as the others are."""
 
 
-def with_nuisance(
-    model: Model, wide: bool = False, scatter: float = 1.0, theory: tuple[str, ...] = ()
-) -> Model:
+def with_nuisance(model: Model, scatter: float = 1.0, theory: tuple[str, ...] = ()) -> Model:
     """The model with a stiffness and a mass p-value for every group, and one for all elements of a
-    kind that have none, within credible bounds (``wide``: far beyond). ``scatter``: part of the
-    usual scatter, of a model that was calibrated on this very structure; ``theory``: words of
+    kind that have none, within credible bounds. ``scatter``: part of the usual scatter, of a model
+    that was calibrated on this very structure; ``theory``: words of
     `cvxupdate.diagnose.nominal.theory`."""
     wanted: list[Wanted] = []
     for of, std in (("stiffness", STIFFNESS_STD), ("mass", MASS_STD)):
-        limit = WIDE if wide else CREDIBLE * std * scatter
+        limit = CREDIBLE * std * scatter
         groups: dict[str, list[int]] = {}
         for block in model.blocks:
             if has_property(block, of) and not is_given(block):
@@ -39,6 +39,19 @@ def with_nuisance(
     return model.with_parameters(select_parameters(wanted, model))
 
 
+def let_far(model: Model, own: frozenset[int]) -> Model:
+    """A model whose groups of elements ``own`` may be far beyond their scatter: what a reference
+    was found to have beside them stays as it is."""
+    return model.with_parameters(
+        [
+            replace(q, lower=-WIDE, upper=WIDE)
+            if q.group != GROUP and own.issuperset(q.elements)
+            else q
+            for q in model.parameters
+        ]
+    )
+
+
 def scatter_of(q: Parameter) -> float:
     """Prior deviation of a group's p-value: `CREDIBLE` of them reach its bound, and it is at most
     the usual one; of a part of the theory its own."""
@@ -51,6 +64,10 @@ def prior_scales(model: Model, wide: bool = False) -> list[float]:
     """Prior standard deviations of a model's parameters: groups scatter as usual (``wide``: their
     stiffness may go as far as a parameter error is followed), effects are free."""
     return [
-        FREE if q.group is None else WIDE if wide and q.of == "stiffness" else scatter_of(q)
+        FREE
+        if q.group is None
+        else WIDE
+        if wide and q.of == "stiffness" and q.upper >= WIDE
+        else scatter_of(q)
         for q in model.parameters
     ]

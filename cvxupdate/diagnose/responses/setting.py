@@ -10,7 +10,8 @@ import numpy as np
 from cvxupdate.diagnose.fit import Fit, fitted, fitted_at
 from cvxupdate.diagnose.nominal.damping import file_damping
 from cvxupdate.diagnose.nominal.mesh import NONE, MeshError
-from cvxupdate.diagnose.nominal.theory import GROUP
+from cvxupdate.diagnose.nominal.scatter import let_far
+from cvxupdate.diagnose.nominal.supports import elements_of
 from cvxupdate.diagnose.responses.point import ResponseSetting
 from cvxupdate.diagnose.responses.signals import Real, Signal
 from cvxupdate.diagnose.settings import EXPLAINED, HOPELESS, MODE_DAMPING_STD, STRAYED, WIDE
@@ -144,11 +145,9 @@ def nuisance_fits(evidence: Evidence) -> tuple[Fit, ...]:
 
 def let_go(evidence: Evidence) -> Fit:
     """The nuisance parameters fitted far beyond their scatter, level by level."""
-    free = [
-        q if q.group == GROUP else replace(q, lower=-WIDE, upper=WIDE)
-        for q in evidence.model.parameters
-    ]
-    setting = evidence.setting(evidence.model.with_parameters(free), ())
+    setting = evidence.setting(
+        let_far(evidence.model, elements_of(evidence.file or evidence.model)), ()
+    )
     found = fitted(setting, np.zeros(len(setting.columns)), EFFORTS["base"])
     for level in range(1, evidence.levels):
         found = fitted(evidence.at_level(setting, level), found.p, EFFORTS["base"])
