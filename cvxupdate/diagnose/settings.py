@@ -209,9 +209,9 @@ MET = 1.1
 # Fall of Bayes' information criterion that is strong evidence (Kass and Raftery 1995); hypotheses
 # nearer to one another are not told apart.
 STRONG = 6.0
-# Standard deviations that an effect's size must be from nothing, and from which on a group is off
-# by more than scatter (of sound ones one in 370); fraction of a bound within which a size is on it.
-LEAST_SIZE, STRAINED, AT_BOUND = 2.0, 3.0, 1e-3
+# Standard deviations that a size must be from nothing (of an oscillator whose mode was measured: it
+# is there), from which on a group is off by more than scatter; part of a bound that is on it.
+LEAST_SIZE, SEEN_SIZE, STRAINED, AT_BOUND = 2.0, 1.0, 3.0, 1e-3
 # Relative error (responses, eigenvalues) above which even the best model leaves them unexplained.
 UNEXPLAINED = 0.1
 # Fraction of the nuisance parameters' misfit that an effect may leave that does not explain all.

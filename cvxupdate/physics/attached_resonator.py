@@ -112,6 +112,11 @@ class AttachedResonator(EffectType):
         )
 
 
+def hidden_label(place: Place) -> str:
+    """That of an oscillator's own DOF."""
+    return f"n{place.nodes[0]}@hidden.{place.dof}"
+
+
 def attach(model: Model, row: int, frequency: float, mass: float, zeta: float = DAMPING) -> Model:
     """The model with an oscillator of the given tuning; its m, k, c are parameters relative to
     these values (no c without damping)."""

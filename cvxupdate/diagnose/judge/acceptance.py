@@ -10,6 +10,7 @@ import numpy as np
 
 from cvxupdate.diagnose.fit import Fit
 from cvxupdate.diagnose.hypothesis import Hypothesis, of_a_rig, takes_all
+from cvxupdate.diagnose.modes.kinds import bulk
 from cvxupdate.diagnose.settings import (
     CLEARLY,
     DAMPING_COST,
@@ -175,9 +176,10 @@ def explained(w: Weighed, case: Case) -> bool:
 
 def credible(w: Weighed, case: Case) -> bool:
     """The same; or one clear effect may stand although the model is not exact: a tenth of the
-    responses is left, and a tenth of the misfit."""
+    responses is left, and a tenth of the misfit; of modes without the one that was farthest off,
+    for beside one that is none of the model's anything is clear."""
     near = case.evidence.relative(w.errors) <= UNEXPLAINED
-    clear = case.damping_only or w.fit.misfit <= CLEARLY * case.base.fit.misfit
+    clear = case.damping_only or w.fit.misfit <= CLEARLY * bulk(case.base.fit)
     return explained(w, case) or (near and clear)
 
 

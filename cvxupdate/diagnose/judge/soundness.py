@@ -4,14 +4,23 @@ from __future__ import annotations
 
 import numpy as np
 
-from cvxupdate.diagnose.hypothesis import Hypothesis
+from cvxupdate.diagnose.hypothesis import Figures, Hypothesis
 from cvxupdate.diagnose.judge.confidence import size_of
-from cvxupdate.diagnose.settings import AT_BOUND, LEAST_SIZE, MASS_STD, PIECE, STIFFNESS_STD
+from cvxupdate.diagnose.settings import (
+    AT_BOUND,
+    LEAST_SIZE,
+    MASS_STD,
+    PIECE,
+    SEEN_SIZE,
+    STIFFNESS_STD,
+)
 from cvxupdate.diagnose.types import Real
 from cvxupdate.fe.factor import factored
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.parameters import Parameter
-from cvxupdate.physics.effect import Effect
+from cvxupdate.physics.attached_resonator import hidden_label
+from cvxupdate.physics.effect import Effect, HiddenOscillator
+from cvxupdate.residual.modal import ModalPoint
 
 
 def sound(h: Hypothesis, bottom: float) -> bool:
@@ -25,7 +34,8 @@ def sound(h: Hypothesis, bottom: float) -> bool:
     for effect, figures in zip(h.effects, h.figures, strict=True):
         if effect.change is None:
             exchanged = effect.fault is not None and effect.fault.how == "swap"
-            if not exchanged and size_of(effect, figures) < LEAST_SIZE:
+            least = SEEN_SIZE if _swings(h, effect, figures) else LEAST_SIZE
+            if not exchanged and size_of(effect, figures) < least:
                 return False
         else:
             p, q = float(fit.p[at]), fit.setting.model.parameters[at]
@@ -42,6 +52,17 @@ def sound(h: Hypothesis, bottom: float) -> bool:
                 return False
         at += effect.columns
     return True
+
+
+def _swings(h: Hypothesis, effect: Effect, figures: Figures) -> bool:
+    """Whether the motion of a hidden oscillator is most of a mode that was measured, by kinetic
+    energy: its tuning is known then, and that it is there, though its mass may hardly be."""
+    point = h.fit.point
+    if not (isinstance(effect.action, HiddenOscillator) and isinstance(point, ModalPoint)):
+        return False
+    at = point.residual.model.labels.index(hidden_label(effect.place))
+    shapes = point.modes.shapes[at, point.paired]
+    return bool(np.any(figures.values["m"] * shapes**2 >= 0.5))
 
 
 def said_plainly(h: Hypothesis) -> bool:

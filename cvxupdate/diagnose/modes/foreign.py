@@ -12,12 +12,11 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cvxupdate.correlate.mac import mac
-from cvxupdate.diagnose.types import Real
 from cvxupdate.recordings.types import ModeTable
 from cvxupdate.residual.modal import ModalPoint
+from cvxupdate.residual.shape_gradients import ShapeRow
 
 # MAC with every mode of the model below which a shape is that of none, and that which the rest have
 # at least with theirs (usual in practice: above 0.9 the same mode, below 0.6 a doubtful pair); part
@@ -26,20 +25,54 @@ NONE, SOUND, FEW = 0.6, 0.9, 0.2
 
 
 def foreign(point: ModalPoint) -> dict[int, list[tuple[int, float]]]:
-    """Of each table to fit the rows with the shape of no mode, with their best MAC: few beside
-    those that have a mode each; nothing where there are more."""
+    """Of each table to fit the rows with the shape of no mode but those that other rows have, with
+    their best MAC: few beside those that have a mode each; nothing where there are more."""
     found: dict[int, list[tuple[int, float]]] = {}
-    best = [(s.table, s.mode, _best(point, s.sensors, s.measured)) for s in point.compared_shapes()]
-    odd = [(k, i, value) for k, i, value in best if value < NONE]
-    if not odd or len(odd) > FEW * len(best) or any(NONE <= v < SOUND for *_, v in best):
-        return {}
-    for k, i, value in odd:
-        found.setdefault(k, []).append((i, value))
-    return found
+    shapes = point.compared_shapes()
+    for k in {s.table for s in shapes}:
+        best = _best(point, [s for s in shapes if s.table == k])
+        if any(NONE <= value < SOUND for value in best.values()):
+            return {}
+        odd = [(i, value) for i, value in best.items() if value < NONE]
+        if odd:
+            found[k] = odd
+    return found if sum(map(len, found.values())) <= FEW * len(shapes) else {}
 
 
-def _best(point: ModalPoint, sensors: NDArray[np.int64], measured: Real) -> float:
-    return float(np.max(mac(point.modes.shapes[sensors], np.asarray(measured)[:, None])))
+def _best(point: ModalPoint, rows: Sequence[ShapeRow]) -> dict[int, float]:
+    """Of each row, by its number, the best MAC with a mode that none has whose shape is clearer."""
+    likeness = [
+        mac(point.modes.shapes[s.sensors], np.asarray(s.measured)[:, None])[:, 0] for s in rows
+    ]
+    out: dict[int, float] = {}
+    taken: list[int] = []
+    for n in sorted(range(len(rows)), key=lambda n: -float(np.max(likeness[n]))):
+        free = np.delete(likeness[n], taken)
+        out[rows[n].mode] = float(np.max(free, initial=0.0))
+        if out[rows[n].mode] >= SOUND:
+            own = likeness[n].copy()
+            own[taken] = -1.0
+            taken.append(int(np.argmax(own)))
+    return out
+
+
+def was_there(table: ModeTable, row: int, before: Sequence[ModeTable]) -> bool:
+    """Whether one of the tables ``before`` has a mode with the shape of a row, at the sensors that
+    both have."""
+    if table.shapes is None:
+        return False
+    own = {c.label: x for c, x in zip(table.channels, table.shapes[row], strict=True)}
+    for other in before:
+        known = {c.label: i for i, c in enumerate(other.channels)}
+        both = [label for label in own if label in known]
+        if other.shapes is None or len(both) < 2:
+            continue
+        shapes = other.shapes[:, [known[label] for label in both]]
+        x = np.array([own[label] for label in both])
+        whole = np.all(np.isfinite(shapes), axis=1)
+        if np.all(np.isfinite(x)) and np.any(mac(shapes[whole].T, x[:, None]) >= SOUND):
+            return True
+    return False
 
 
 def without(table: ModeTable, rows: Sequence[int]) -> ModeTable | None:
@@ -65,7 +98,7 @@ def without(table: ModeTable, rows: Sequence[int]) -> ModeTable | None:
 def line(table: ModeTable, row: int, value: float) -> str:
     """One left out, in words."""
     return (
-        f"The mode at {table.frequency[row]:.4g} Hz was left out: its shape is that of no mode of "
-        f"the model (MAC {value:.2f} at most), while all others are explained. It may move in "
-        "directions that the model does not have."
+        f"The mode at {table.frequency[row]:.4g} Hz was left out: its shape is that of no "
+        f"further mode of the model (MAC {value:.2f} at most), while all others are explained. "
+        "It may move in directions that the model does not have."
     )

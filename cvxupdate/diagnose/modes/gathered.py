@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from cvxupdate.diagnose.budget import Budget
 from cvxupdate.diagnose.modes.common import common_of
 from cvxupdate.diagnose.modes.evidence import ModesEvidence
-from cvxupdate.diagnose.modes.foreign import foreign, line, without
+from cvxupdate.diagnose.modes.foreign import foreign, line, was_there, without
 from cvxupdate.diagnose.modes.gains import suspect
 from cvxupdate.diagnose.modes.identified import Identified, without_shapes_at
 from cvxupdate.diagnose.modes.tables import prepared, stated_tables
@@ -91,19 +91,25 @@ def modes_evidence(
     if odd is not None:
         tables = [without_shapes_at(own, odd) for own in seen]
         whole = evidence(tables)
-    return _known(evidence, whole, tables)
+    return _known(evidence, whole, tables, None if reference is None else reference[1])
 
 
 def _known(
     evidence: Callable[[Sequence[ModeTable]], ModesEvidence],
     whole: ModesEvidence,
     tables: Sequence[ModeTable],
+    before: Sequence[ModeTable] | None,
 ) -> ModesEvidence:
     """The ``whole`` evidence without the rows that are no mode of the model, where all others are
-    explained."""
+    explained. A reference (its tables ``before``) had them too: a mode that came since is what
+    changed."""
     base = whole.bases[-1]
     odd = {} if whole.explained(base, whole.errors(base)) else foreign(whole.nominal_point)
     fitted = [t for t in tables if t.origin.use == "fit"]
+    if before is not None and not all(
+        was_there(fitted[k], i, before) for k, rows in odd.items() for i, _ in rows
+    ):
+        return whole
     left = {k: without(fitted[k], [i for i, _ in rows]) for k, rows in odd.items()}
     if not left or any(t is None for t in left.values()):
         return whole

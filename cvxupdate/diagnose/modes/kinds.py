@@ -75,6 +75,27 @@ def kinds_of(points: Sequence[ModalPoint], kinds: int) -> tuple[Kind, ...]:
     )
 
 
+def bulk(found: Fit) -> float:
+    """The misfit; of a table of modes without the one that is farthest off, its frequency and its
+    shape."""
+    point = found.point
+    if not isinstance(point, ModalPoint):
+        return found.misfit
+    values, weights, _ = point.differences
+    squares = np.abs(weights * values) ** 2
+    own = [
+        (k, i)
+        for k in range(len(point.residual.fit))
+        for i in np.flatnonzero(point.places[k] >= 0).tolist()
+    ]
+    for k, i, _, sensors, _, _ in point.shape_rows() if point.residual.shapes else ():
+        own += [(k, i)] * len(sensors)
+    by: dict[tuple[int, int], float] = {}
+    for mode, square in zip(own, squares.tolist(), strict=True):
+        by[mode] = by.get(mode, 0.0) + square
+    return (found.cost - max(by.values(), default=0.0)) / max(1, found.rows)
+
+
 def departing(points: Sequence[ModalPoint], kinds: int) -> tuple[Kind, ...]:
     """The kinds that are left by more than chance."""
     return tuple(k for k in kinds_of(points, kinds) if k.departs)

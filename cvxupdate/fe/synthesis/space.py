@@ -38,6 +38,7 @@ from cvxupdate.fe.synthesis.shapes import Found
 BEYOND = 2.5  # modes are taken up to this many times the band
 SHIFT = 0.05  # of the lowest flexible eigenvalue, by which a free structure has a static answer
 REST = 1e-12  # of the highest eigenvalue found: a motion that is hardly resisted
+ROUNDING = 16.0 * float(np.finfo(float).eps)  # of the highest eigenvalue of a space
 STILL = 1e-9  # of the lowest flexible eigenvalue: a motion that is not resisted
 SPARE = 4  # modes more than are wanted that an inverse iteration carries: the last are least exact
 HIDDEN = "@hidden"  # in the label of a DOF that no node of the file has
@@ -253,7 +254,8 @@ class Space:
                 "the mass matrix has a negative eigenvalue. A mass parameter has gone too far: "
                 "set its lower bound."
             ) from error
-        quiet = np.abs(values) <= self.still
+        # no eigenvalue is known to better than the rounding of the highest, a static answer's
+        quiet = np.abs(values) <= max(self.still, ROUNDING * float(values[-1]))
         order = np.argsort(~quiet, kind="stable")
         values, X, rigid = values[order], X[:, order], int(quiet.sum())
         values = np.where(quiet[order], 0.0, values)
