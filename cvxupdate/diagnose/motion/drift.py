@@ -5,7 +5,9 @@ In the same form as the laws: what a model leaves is the answer to the force −
 smoothed motion, so a change of stiffness that ramps within each run and steps from run to run is a
 few columns more. A law at one place moves all runs of a level alike and follows the motion; drift
 follows the clock. So a step that all runs of one level have in common says nothing of drift: it is
-fitted beside, and only ramps and steps between runs of one level count.
+fitted beside, and only ramps and steps between runs of one level count. Nor does a ramp that sweeps
+have in common: there the clock is the frequency, and the structure was as before when the next one
+began.
 """
 
 from __future__ import annotations
@@ -15,6 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from cvxupdate.diagnose.motion.runs import Run
 from cvxupdate.diagnose.motion.scene import Scene
 from cvxupdate.diagnose.motion.smoother import Beyond
 from cvxupdate.diagnose.responses.signals import Complex, Real
@@ -62,11 +65,11 @@ def drift_of(scene: Scene) -> Drift:
     motions = {b.run.name: smoothed_modes(b, scene) for b in scene.beyond}
     best = Drift(0.0, None, {}, {})
     noise = noise_of(scene)
-    common = _of_levels([b.run.level for b in scene.beyond])
     names, n = list(motions), len(motions)
+    common = _in_common([b.run for b in scene.beyond])
     for group, K in _stiffness(scene).items():
         freed = scene.left.freed(_columns(scene, motions, K))
-        level, _ = _least(freed[:, :n] @ common, scene.left.residual)
+        level, _ = _least(freed @ common, scene.left.residual)
         rest, found = _least(freed, scene.left.residual)
         beyond = max(level - noise, 0.0)
         fraction = min(1.0, (level - rest) / max(beyond, SMALL * scene.left.total + 1e-300))
@@ -92,6 +95,29 @@ def noise_of(scene: Scene) -> float:
     rows = scene.left.rows
     spare = max(0, rows - scene.left.basis.shape[1]) / max(1, rows)
     return float(np.sum(scene.point.setting.noise_parts(scene.point))) * spare
+
+
+def _in_common(runs: Sequence[Run]) -> Real:
+    """(2 runs, columns): a step of the runs of each level, a ramp of those that are sweeps."""
+    steps = _of_levels([r.level for r in runs])
+    ramps = np.array([[float(is_sweep(r.force))] for r in runs])
+    whole = np.zeros((2 * len(runs), steps.shape[1] + 1))
+    whole[: len(runs), :-1], whole[len(runs) :, -1:] = steps, ramps
+    return whole if np.any(ramps) else whole[:, :-1]
+
+
+def is_sweep(force: Real) -> bool:
+    """Whether forces (samples, inputs) have other frequencies in the last third than in the first:
+    less than `HALVED` of their power is common to both."""
+    third = len(force) // 3
+    first, last = (
+        np.sum(np.abs(np.fft.rfft(part, axis=0)) ** 2, axis=1)
+        for part in (force[:third], force[len(force) - third :])
+    )
+    whole = float(np.sqrt(first.sum() * last.sum()))
+    width = max(1, third // 100)
+    first, last = (np.convolve(p, np.ones(width) / width, mode="same") for p in (first, last))
+    return whole > 0.0 and float(np.sum(np.sqrt(first * last))) < HALVED * whole
 
 
 def _of_levels(levels: Sequence[float]) -> Real:
