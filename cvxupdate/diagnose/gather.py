@@ -25,7 +25,7 @@ from cvxupdate.diagnose.responses.evidence import ResponseEvidence
 from cvxupdate.diagnose.responses.levels import level_change
 from cvxupdate.diagnose.responses.moving import NOTHING, Carried
 from cvxupdate.diagnose.responses.worth import mesh_for
-from cvxupdate.diagnose.settings import EXPLAINED, LOOK, OPEN
+from cvxupdate.diagnose.settings import EXPLAINED, LOOK, LOWER, OPEN
 from cvxupdate.diagnose.types import Evidence, Progress
 from cvxupdate.errors import InputError
 from cvxupdate.fe.analysis.corners import corner_nodes
@@ -155,16 +155,18 @@ def _responses(
         common = common_of(of_reference, data.sharp, data.sharp_hold_out)
     data = plain if common is None else prepare(recordings, common)
     linear = evidence(data)
-    if _off_for_more_than_corners(linear):
-        linear = evidence(data, corners=False)
+    if _off_all_the_same(linear):
+        bare = evidence(data, corners=False)
+        if linear.bases[-1].misfit > LOWER * bare.bases[-1].misfit:
+            linear = bare  # what lies within its corners is a small matter then
     if simulated:
         return in_simulation(spec, recordings, linear, progress) or linear
     return linear
 
 
-def _off_for_more_than_corners(evidence: ResponseEvidence) -> bool:
-    """Whether a frame on finer beams is far off all the same: what lies within its corners is a
-    small matter then, and a search among their inner coordinates takes several times as long."""
+def _off_all_the_same(evidence: ResponseEvidence) -> bool:
+    """Whether a frame on finer beams is far off all the same: a search among their inner
+    coordinates takes several times as long."""
     bent = corner_nodes(evidence.original) and not has_sheets(evidence.original)
     if not evidence.fine.finer or not bent:
         return False

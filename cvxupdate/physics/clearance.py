@@ -9,9 +9,9 @@ from typing import final
 from cvxupdate.physics.context import SearchContext
 from cvxupdate.physics.effect import MOTION, Effect, EffectType
 from cvxupdate.physics.internal_force import ABOVE, NonlinearForce, places, write
-from cvxupdate.physics.place import at, capital
+from cvxupdate.physics.place import Place, at, capital
 from cvxupdate.physics.quantity import physical
-from cvxupdate.physics.units import quantity
+from cvxupdate.physics.units import quantity, stiffness_unit
 
 SIDES = (("one", 1), ("one", -1), ("two", 1))
 
@@ -27,18 +27,16 @@ class Clearance(EffectType):
 
     def candidates(self, context: SearchContext) -> list[Effect]:
         """At every place of an internal force, in contact on either side or on both."""
-        figures = (physical("k", "N/m"), physical("gap", "m", 1))
         return [
             Effect(
                 self,
                 place,
                 NonlinearForce("clearance", rows, ("k", "gap"), (True, True), sides, side),
-                figures,
+                (physical("k", stiffness_unit(place)), physical("gap", _unit(place), 1)),
                 1,
                 ABOVE,
             )
             for rows, place in places(context)
-            if not place.turns
             for sides, side in SIDES
         ]
 
@@ -47,16 +45,20 @@ class Clearance(EffectType):
         gap, place = values["gap"], effect.place
         action = effect.action
         both = isinstance(action, NonlinearForce) and action.sides == "two"
-        toward = "+" if gap >= 0.0 else "−"
+        toward, moves = "+" if gap >= 0.0 else "−", "turns" if place.turns else "moves"
         if both:
             when = "in either direction"
         elif len(place.nodes) == 2:
             a, b = place.nodes
-            when = f"when node {b} moves towards {toward}{place.dof} against node {a}"
+            when = f"when node {b} {moves} towards {toward}{place.dof} against node {a}"
         else:
-            when = f"when it moves towards {toward}{place.dof}"
+            when = f"when it {moves} towards {toward}{place.dof}"
+        wide, k = quantity(abs(gap), _unit(place)), quantity(values["k"], stiffness_unit(place))
         return (
-            f"{capital(at(place))} two parts touch after a gap of {quantity(abs(gap), 'm')}, "
-            f"{when} (contact stiffness {quantity(values['k'], 'N/m')}); the model has no contact "
-            "there."
+            f"{capital(at(place))} two parts touch after a gap of {wide}, {when} (contact "
+            f"stiffness {k}); the model has no contact there."
         )
+
+
+def _unit(place: Place) -> str:
+    return "rad" if place.turns else "m"

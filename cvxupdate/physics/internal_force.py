@@ -25,13 +25,13 @@ from cvxupdate.physics.draft import Draft, kind_of
 from cvxupdate.physics.effect import Effect, Planted
 from cvxupdate.physics.facing import facing
 from cvxupdate.physics.growth import dof_rows, new_ids
-from cvxupdate.physics.place import TRANSLATIONS, Place
+from cvxupdate.physics.place import ROTATIONS, TRANSLATIONS, Place
 
 SLIDERS = 5  # of an Iwan joint: straight pieces that are within 3 % of the limit of its curve
 FEW_ENDS = 12  # DOFs that springs join: up to so many, every pair of them is a place
 # Bounds of parameters relative to their first values: of what must stay above zero, and of what may
 # change its sign.
-ABOVE, EITHER = (-0.999, 50.0), (-20.0, 50.0)
+ABOVE, EITHER = (-0.999, 1e3), (-20.0, 50.0)
 
 
 def element_of(law: str, dof: str, nodes: int, sides: str) -> Element:
@@ -182,9 +182,10 @@ def spread(chi: float) -> dict[str, Real]:
 
 
 def places(context: SearchContext) -> list[tuple[tuple[int, ...], Place]]:
-    """(DOF rows, place) where a law can act: every free translation against ground; between the
-    ends of springs along one direction, every pair of them where they are few; between nodes of
-    parts that face each other."""
+    """(DOF rows, place) where a law can act: every free translation against ground, and every
+    rotation that springs or dashpots are about; between the ends of springs along or about one
+    direction, every pair of them where they are few; between nodes of parts that face each
+    other."""
     model = context.model
     rows = dof_rows(model, TRANSLATIONS)
     out: list[tuple[tuple[int, ...], Place]] = [
@@ -192,7 +193,7 @@ def places(context: SearchContext) -> list[tuple[tuple[int, ...], Place]]:
     ]
     rows_of = {(node, kind): row for row, node, kind in rows}
     across = [tuple(int(model.node_ids[n]) for n in pair) for pair in facing(model)]
-    for kind in TRANSLATIONS:
+    for kind in (*TRANSLATIONS, *ROTATIONS):
         ends: set[int] = set()
         joined: set[tuple[int, int]] = set()
         for block in model.blocks:
@@ -201,6 +202,9 @@ def places(context: SearchContext) -> list[tuple[tuple[int, ...], Place]]:
             ends.update(int(d) for d in block.dofs.reshape(-1) if d >= 0)
             if block.dofs.shape[1] == 2:
                 joined.update((int(a), int(b)) for a, b in block.dofs if a >= 0 and b >= 0)
+        if kind in ROTATIONS:
+            turning = {row: node for row, node, _ in dof_rows(model, (kind,))}
+            out += [((d,), Place(nodes=(turning[d],), dof=kind)) for d in sorted(ends & {*turning})]
         pairs = set(joined)
         if len(ends) <= FEW_ENDS:
             pairs |= {p for p in combinations(sorted(ends), 2) if p[::-1] not in joined}

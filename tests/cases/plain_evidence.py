@@ -122,6 +122,7 @@ class PlainFit:
     deviations: np.ndarray = field(default_factory=lambda: np.zeros(0))
     setting: PlainSetting = PlainSetting()
     between_levels: Errors = UNASKED
+    point: Any = None
 
     @property
     def excess(self) -> float:

@@ -10,8 +10,9 @@ import pytest
 
 from cvxupdate.diagnose import diagnose_problem
 from cvxupdate.diagnose.nominal.damping import undamped
-from cvxupdate.diagnose.nominal.scatter import let_far, with_nuisance
+from cvxupdate.diagnose.nominal.scatter import let_far, prior_scales, with_nuisance
 from cvxupdate.diagnose.nominal.supports import elements_of
+from cvxupdate.diagnose.settings import MASS_STD, WIDE
 from cvxupdate.fe.modes import model_modes
 from cvxupdate.recordings.load import load_recordings
 from cvxupdate.study import correlate, diagnose, run
@@ -110,6 +111,22 @@ def test_a_group_that_is_off_beyond_all_scatter_is_named(tmp_path):
         t["physics"] == "stiffness_change" for t in told
     )
     assert said["fit"]["fit"]["after"] < 2e-3 < 0.1 < said["fit"]["fit"]["before"]
+
+
+def test_only_groups_of_the_file_are_let_far(tmp_path):
+    """What a reference was found to have beside them stays as it is."""
+    extra = (
+        '[[model.elements]]\ntype = "mass"\n'
+        'rows = [{ id = 90, nodes = [9], m = 0.1, group = "lump" }]'
+    )
+    _, model = load(tmp_path, text(extra=extra))
+    start = with_nuisance(undamped(model))
+    far = let_far(start, elements_of(model) - {90})
+    assert {q.group for q in start.parameters} == {"bar", "lump"}
+    for q, before in zip(far.parameters, start.parameters, strict=True):
+        assert q == before if q.group == "lump" else q.upper == -q.lower == WIDE
+    wide = dict(zip([q.name for q in far.parameters], prior_scales(far, wide=True), strict=True))
+    assert wide["bar.stiffness"] == WIDE and wide["bar.mass"] == MASS_STD == wide["lump.mass"]
 
 
 def test_many_groups_that_are_off_are_a_matter_of_parameters(tmp_path):

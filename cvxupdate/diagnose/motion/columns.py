@@ -136,16 +136,21 @@ class Spot:
             parts += [values.real, values.imag]
         return np.concatenate(parts)
 
-    def fits(self, law: Column, sizes: Real, motion: Sequence[tuple[Real, Real]]) -> list[Fitted]:
-        """The best coefficient along a motion, of every size."""
+    def fits(
+        self, law: Column, sizes: Real, motion: Sequence[tuple[Real, Real]], linear: bool = False
+    ) -> list[Fitted]:
+        """The best coefficient along a motion, of every size; beside a ``linear`` spring and
+        dashpot there."""
         left = self.scene.left
         forces = [law(x, v) for x, v in motion]
         if left.total <= 0.0 or not any(np.any(f) for f in forces):
             return [Fitted(0.0, 0.0, float(g)) for g in sizes]
+        if linear:
+            left = left.beside(self.columns([np.stack([x, v], axis=1) for x, v in motion]))
         along, length = left.products(self.columns(forces))
         length = np.where(length > 0.0, length, np.inf)
         return [
-            Fitted(float(a**2 / n / left.total), float(a / n), float(g))
+            Fitted(float(a**2 / n / self.scene.left.total), float(a / n), float(g))
             for a, n, g in zip(along, length, sizes, strict=True)
         ]
 
@@ -177,15 +182,22 @@ class Spot:
         return Score(effect, found.fraction, p, exact=True, trusted=bool(np.all(p)))
 
     def coarse(self, action: object, motion: Sequence[tuple[Real, Real]]) -> Fitted:
-        """The best of a grid, with the sign that physics demands."""
+        """The best of a grid, with the sign that physics demands; where a model that is bent to the
+        mean of what a law does leaves it none, beside a spring and a dashpot that take that back
+        (statistical linearisation)."""
         nothing = Fitted(0.0, 0.0, 0.0)
         if not isinstance(action, NonlinearForce):
             return nothing
         family, sizes = _family(action, motion)
         if not len(sizes):
             return nothing
-        tried = [_signed(action, f) for f in self.fits(family(sizes), sizes, motion)]
-        return max(tried, key=lambda f: f.fraction)
+        best = nothing
+        for linear in (False, True):
+            tried = self.fits(family(sizes), sizes, motion, linear)
+            best = max((_signed(action, f) for f in tried), key=lambda f: f.fraction)
+            if best.fraction > 0.0:
+                break
+        return best
 
     def refined(self, action: NonlinearForce, found: Fitted) -> Fitted:
         """On a finer grid around, the motion smoothed anew with the law's force."""

@@ -53,6 +53,11 @@ class Projection:
         """Squares of the projected residual."""
         return float(self.residual @ self.residual)
 
+    def beside(self, J: Real) -> Projection:
+        """With weighted columns (rows, n) more that are taken out."""
+        Q, _ = np.linalg.qr(np.hstack([self.basis, self.freed(J)]))
+        return Projection(self.residual - Q @ (Q.T @ self.residual), Q, self.rows)
+
     def freed(self, J: Real) -> Real:
         """Weighted columns (rows, n) projected, (rows + priors, n)."""
         padded = np.vstack([J, np.zeros((len(self.residual) - self.rows, J.shape[1]))])

@@ -12,11 +12,16 @@ import pytest
 from cvxupdate.diagnose.hypothesis import Hypothesis
 from cvxupdate.diagnose.judge.soundness import fixity, said_plainly, sound, usual
 from cvxupdate.diagnose.settings import AT_BOUND, LEAST_SIZE, MASS_STD, PIECE, STIFFNESS_STD
+from cvxupdate.fe.modes import model_modes
 from cvxupdate.physics import candidates_of
+from cvxupdate.physics.attached_resonator import AttachedResonator, attach
 from cvxupdate.physics.context import SearchContext
-from cvxupdate.physics.effect import ChannelFault, Effect
+from cvxupdate.physics.effect import ChannelFault, Effect, HiddenOscillator
 from cvxupdate.physics.fault import Fault
 from cvxupdate.physics.place import Place
+from cvxupdate.physics.quantity import physical
+from cvxupdate.recordings.types import ModeTable, Origin
+from cvxupdate.residual.modal import modal_residual
 from tests.cases.cantilever import load
 from tests.cases.long_bar import text as long_bar
 from tests.cases.plain_evidence import (
@@ -127,3 +132,27 @@ def test_what_a_plainer_effect_says_is_told_from_its_figures() -> None:
     for count, size, plain in ((2, -0.5, True), (2, 0.5, False), (1, -0.5, False)):
         one = replace(effect(count=count), type=Plain())
         assert said_plainly(supposed(FIT, effect(nodes=(2,)), one, size=size)) == plain
+
+
+@pytest.mark.parametrize(("measured", "there"), [(True, True), (False, False)])
+def test_an_oscillator_whose_mode_was_measured_is_there(
+    tmp_path: Path, measured: bool, there: bool
+) -> None:
+    """Its tuning is known, and its mass to two thirds of itself."""
+    _, bar = load(tmp_path, long_bar(12, rows="rows = [{ frequency = 10.0 }]"))
+    bare = bar.with_parameters(())
+    own, mass = model_modes(bare, 3), 0.05
+    f = float(np.sqrt(own.frequencies[0] * own.frequencies[1]))
+    grown = attach(bare, bare.place["n13.z"], f, mass, 0.0)
+    among = model_modes(grown, 4).frequencies
+    pairs = np.flatnonzero(np.abs(among / f - 1.0) > (0.0 if measured else 0.2)) + 1
+    kept, nothing = among[pairs - 1], np.full(len(pairs), np.nan)
+    table = ModeTable(
+        Origin("t", "t", "fit"), kept, 1e-3 * kept, nothing, nothing, (), None, None, pairs
+    )
+    point = modal_residual(grown, (table,), (), False).evaluate(grown.zero())
+    p, action = np.zeros(2), HiddenOscillator(0, f, 0.0, attach, mass)
+    fit = PlainFit(1.0, p=p, deviations=p + 2.0 / 3.0, setting=PlainSetting(grown), point=point)  # type: ignore[arg-type]
+    figures = (physical("m", "kg"), physical("k", "N/m", 1))
+    hung = Effect(AttachedResonator(), Place(nodes=(13,), dof="z"), action, figures, 1)
+    assert sound(Hypothesis((hung,), fit), BOTTOM) is there  # type: ignore[arg-type]

@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from cvxupdate.correlate.mac import mac
 from cvxupdate.diagnose.gather import gathered
 from cvxupdate.diagnose.modes.evidence import ModesEvidence
-from cvxupdate.diagnose.modes.foreign import foreign, without
+from cvxupdate.diagnose.modes.foreign import foreign, was_there, without
 from cvxupdate.fe.modes import model_modes
 from cvxupdate.recordings.load import load_recordings
 from cvxupdate.residual.modal import modal_residual
@@ -21,7 +22,7 @@ CHANNELS = ", ".join(
 )
 
 
-def problem(folder, lump: float = 0.0, noise: float = 0.01):
+def problem(folder, lump: float = 0.0, noise: float = 0.01, across=None):
     """A cantilever with five bending modes and, between them, one that moves across: noise in the
     direction that was measured. ``lump``: kg at node 9 that the model lacks."""
     extra = f'[[model.elements]]\ntype = "mass"\nrows = [{{ id = 90, nodes = [9], m = {lump} }}]'
@@ -32,7 +33,7 @@ def problem(folder, lump: float = 0.0, noise: float = 0.01):
     shapes = modes.shapes[rows, :MODES].T
     shapes = shapes / np.max(np.abs(shapes), axis=1, keepdims=True)
     shapes = shapes + noise * rng.standard_normal(shapes.shape)
-    across = rng.uniform(-1.0, 1.0, len(SEEN))
+    across = rng.uniform(-1.0, 1.0, len(SEEN)) if across is None else across
     f = np.insert(f, AT, 0.5 * (f[AT - 1] + f[AT]))
     shapes = np.insert(shapes, AT, across, axis=0)
     table = ", ".join(
@@ -56,6 +57,22 @@ def test_a_shape_that_no_mode_has(tmp_path) -> None:
     assert rest is not None and len(rest.frequency) == MODES
     assert np.allclose(rest.frequency, np.delete(table.frequency, AT))
     assert rest.shapes is not None and rest.shapes.shape == (MODES, len(SEEN))
+
+
+def test_a_shape_that_another_measured_mode_has_is_nobody_s(tmp_path) -> None:
+    """It resembles the first mode by more than a doubtful pair does; that one was measured, too."""
+    _, real = load(tmp_path, text())
+    first = model_modes(real, MODES).shapes[[real.place[f"n{n}.z"] for n in SEEN], 0]
+    first = first / np.abs(first).max()
+    like = first - 1.7 * np.linspace(0.0, 1.0, len(SEEN)) ** 3 * (np.arange(len(SEEN)) > 8)
+    table, point = point_of(*problem(tmp_path, across=like))
+    at = point.modes.shapes[[real.place[f"n{n}.z"] for n in SEEN]]
+    assert 0.6 < float(np.max(mac(at, like[:, None]))) < 0.9
+    assert [row for row, _ in foreign(point)[0]] == [AT]
+    assert was_there(table, AT, [table])
+    rest = without(table, [AT])
+    assert rest is not None and not was_there(table, AT, [rest])
+    assert not was_there(table, AT, [])
 
 
 def test_nothing_where_others_are_doubtful_too(tmp_path) -> None:

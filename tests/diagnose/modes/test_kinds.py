@@ -7,11 +7,18 @@ import pytest
 
 from cvxupdate.diagnose import diagnose_problem
 from cvxupdate.diagnose.gather import gathered
-from cvxupdate.diagnose.modes.kinds import chance_of_one, chi_square, kinds_of, whole_within
+from cvxupdate.diagnose.modes.kinds import (
+    bulk,
+    chance_of_one,
+    chi_square,
+    kinds_of,
+    whole_within,
+)
 from cvxupdate.diagnose.settings import CHANCE
 from cvxupdate.fe.modes import model_modes
 from cvxupdate.recordings.load import load_recordings
 from tests.cases.cantilever import NODES, load, text
+from tests.cases.plain_evidence import PlainFit
 
 SENSORS = range(2, len(NODES) + 1)
 MODES = 5
@@ -104,3 +111,20 @@ def test_damping_ratios_are_a_kind_too(tmp_path, ratios, verdict):
     assert said["verdict"] == verdict and not said["findings"]
     if verdict == "undetermined":
         assert "but not the damping ratios" in said["says"]
+
+
+def test_the_bulk_of_a_misfit_is_without_the_mode_that_is_farthest_off(tried):
+    """Its frequency and its shape; what a prior makes stays."""
+    _, base, _ = tried
+    point = base.point
+    values, weights, _ = point.differences
+    squares = np.abs(weights * values) ** 2
+    modes = len(point.paired)
+    by_mode = squares[:modes].copy()
+    at = modes
+    for _, i, _, sensors, _, _ in point.shape_rows() if point.residual.shapes else ():
+        by_mode[i] += squares[at : at + len(sensors)].sum()
+        at += len(sensors)
+    assert at == len(squares)
+    assert bulk(base) == pytest.approx((base.cost - by_mode.max()) / base.rows)
+    assert bulk(PlainFit(3.0)) == 3.0

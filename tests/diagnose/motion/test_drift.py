@@ -2,10 +2,18 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
-from cvxupdate.diagnose.motion.drift import Drift, _of_levels, clock_not_level
+from cvxupdate.diagnose.motion.drift import (
+    Drift,
+    _in_common,
+    _of_levels,
+    clock_not_level,
+    is_sweep,
+)
 from cvxupdate.diagnose.settings import CLOCK_GAIN, CLOCK_PART
 from cvxupdate.study import diagnose
 from tests.cases.shaken import MODEL, RATE, shaken
@@ -15,6 +23,33 @@ STEPS = {"a": 0.01, "b": -0.03}
 
 def test_runs_of_one_level_have_their_step_in_common():
     assert _of_levels([1.0, 4.0, 1.01, 4.0]).tolist() == [[1, 0], [0, 1], [1, 0], [0, 1]]
+
+
+def test_a_sweep_has_other_frequencies_in_the_end_than_in_the_beginning():
+    t = np.arange(4000) / 200.0
+    chirp = np.sin(2.0 * np.pi * (1.0 + 0.5 * 40.0 * t / t[-1]) * t)[:, None]
+    noise = np.random.default_rng(3).standard_normal((4000, 2))
+    assert is_sweep(chirp) and is_sweep(chirp[::-1])
+    assert not is_sweep(noise) and not is_sweep(np.sin(2.0 * np.pi * 7.0 * t)[:, None])
+    assert not is_sweep(np.zeros((4000, 1)))
+
+
+def test_sweeps_have_their_ramp_in_common_too():
+    t = np.arange(4000) / 200.0
+    chirp = np.sin(2.0 * np.pi * (1.0 + 20.0 * t / t[-1]) * t)[:, None]
+    noise = np.random.default_rng(3).standard_normal((4000, 1))
+    runs = [
+        SimpleNamespace(level=v, force=f) for v, f in ((1.0, chirp), (1.0, noise), (4.0, chirp))
+    ]
+    assert _in_common(runs).tolist() == [
+        [1, 0, 0],
+        [1, 0, 0],
+        [0, 1, 0],
+        [0, 0, 1],
+        [0, 0, 0],
+        [0, 0, 1],
+    ]
+    assert _in_common(runs[1:2]).tolist() == [[1], [0]]
 
 
 @pytest.mark.parametrize(

@@ -137,3 +137,17 @@ def test_nothing_left_is_explained_by_nothing() -> None:
     scores = silent.one([effect()] * 6, Jp.T @ silent.residual, norms(Jp), norms(J))
     assert all(s.fraction == 0.0 for s in scores)
     assert silent.several(effect(count=2), J[:, :2], Jp[:, :2]).fraction == 0.0
+
+
+def test_further_columns_are_taken_out_like_nuisance_parameters_without_priors() -> None:
+    """To within a prior of a ten-thousandth."""
+    more = Linearised(
+        np.hstack([AT.A, J[:, :2]]),
+        AT.r,
+        np.append(AT.p, [0.0, 0.0]),
+        np.append(AT.scales, [1e6] * 2),
+    )
+    expected, found = Projection.of(more), LEFT.beside(J[:, :2])
+    assert found.total == pytest.approx(expected.total, rel=1e-6)
+    for one, other in zip(found.products(J[:, 2:]), expected.products(J[:, 2:]), strict=True):
+        assert one == pytest.approx(other, rel=1e-5)
