@@ -213,12 +213,19 @@ def solvers(problem: Given) -> tuple[Spec, tuple[SolverRow, ...], float]:
 
 def check(problem: Given) -> dict[str, object]:
     """Validate a problem file, build its model and read its recordings: counts of what was found,
-    its mass, extent and first natural frequencies, what is ``held`` and what moves ``free``, and
-    ``warnings`` of what is probably a mistake.
+    its mass, extent and first natural frequencies, what is ``held``, ``moved`` and ``free``, the
+    recordings of each of its ``states``, and ``warnings`` of what is probably a mistake.
 
     Raises `InputError` with every fault at once, as far as they can be found.
     """
-    from cvxupdate.correlate.plausible import examine, facts, held
+    from cvxupdate.correlate.plausible import (
+        examine,
+        facts,
+        held,
+        input_doubts,
+        moved,
+        states,
+    )
     from cvxupdate.physics.known import refuse_unknown
 
     spec, model, recordings = open_problem(problem)
@@ -230,8 +237,12 @@ def check(problem: Given) -> dict[str, object]:
         "recordings": len(recordings),
         "parameters": len(model.parameters),
         "held": held(spec),
-        **facts(model),  # a mechanism or an indefinite mass shows here
-        "warnings": [asdict(d) for d in examine(spec, model, recordings)],
+        "moved": moved(spec),
+        "states": states(spec),
+        **facts(model, len(spec.model.bases)),  # a mechanism or an indefinite mass shows here
+        "warnings": [
+            asdict(d) for d in (*examine(spec, model, recordings), *input_doubts(model, recordings))
+        ],
     }
 
 

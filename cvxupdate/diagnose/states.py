@@ -78,7 +78,8 @@ def states_diagnosis(
         if any(r.origin.use == "fit" for r in responses_of(recordings)):
             raise InputError(
                 f"{spec.path}: several states in one fit need tables of modes; state {name!r} has "
-                "responses to fit. `cvxupdate identify` makes tables of them."
+                'responses to fit. Call the healthy one state = "reference", or let '
+                "`cvxupdate identify` make tables of them."
             )
         evidence = gathered(its, model, recordings, tell, budget=budget)
         if isinstance(evidence, ModesEvidence):

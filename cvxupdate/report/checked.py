@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from cvxupdate.recordings.states import REFERENCE
 from cvxupdate.report.numbers import count
 
 MOST = 12
@@ -21,7 +22,9 @@ def check_lines(problem: str, summary: Mapping[str, Any]) -> list[str]:
     return [
         f"{problem}: {how}. {counts}.",
         f"{_size(summary)}.",
-        *_held(summary["held"]),
+        *_held("Held", summary["held"]),
+        *_held("Moved as recorded", summary["moved"]),
+        *_states(summary["states"]),
         *(f"{says}." for says in summary["free"]),
         *(f"Warning: {w['says']}" for w in warnings),
     ]
@@ -30,6 +33,9 @@ def check_lines(problem: str, summary: Mapping[str, Any]) -> list[str]:
 def _size(summary: Mapping[str, Any]) -> str:
     mass, extent, f = summary["mass"], summary["extent"], summary["frequencies"]
     parts = [] if mass is None else [f"total mass {mass:.4g} kg"]
+    turning = [f"{v:.4g} kg·m² ({kind})" for kind, v in summary["inertia"].items()]
+    if turning:
+        parts = [f"total inertia {', '.join(turning)}"]
     if max(extent, default=0.0) > 0.0:
         parts.append(f"extent {_joined(extent, ' × ')} m")
     if f:
@@ -38,11 +44,20 @@ def _size(summary: Mapping[str, Any]) -> str:
     return line[:1].upper() + line[1:]
 
 
-def _held(supports: Sequence[Mapping[str, Any]]) -> list[str]:
-    """The line of the supports; none where there are none."""
+def _states(states: Mapping[str, int]) -> list[str]:
+    """How many recordings are of which state, and which of them the model describes."""
+    if not states:
+        return []
+    parts = [f"{name or 'none named'} ({count(n, 'recording')})" for name, n in states.items()]
+    what = "" if REFERENCE in states else f'; none is "{REFERENCE}", which the model describes'
+    return [f"States of the structure: {', '.join(parts)}{what}."]
+
+
+def _held(what: str, supports: Sequence[Mapping[str, Any]]) -> list[str]:
+    """The line of supports, or of bases; none where there are none."""
     parts = [f"{_nodes(s['nodes'])} ({', '.join(s['dofs'])})" for s in supports]
     more = f"; and {len(parts) - MOST} more" if len(parts) > MOST else ""
-    return [f"Held: {'; '.join(parts[:MOST])}{more}."] if parts else []
+    return [f"{what}: {'; '.join(parts[:MOST])}{more}."] if parts else []
 
 
 def _nodes(nodes: Sequence[int] | str) -> str:

@@ -44,17 +44,16 @@ def compared_verdict(compared: Compared) -> Verdict:
     if macs:
         parts.append(f"MAC {fixed(min(macs))} to {fixed(max(macs))}")
         marks.append(_mark(1.0 - min(macs), 1.0 - GOOD_MAC, 1.0 - POOR_MAC))
-    for key, word in (
-        ("fit", "error of the frequency responses"),
-        ("hold_out", "of those held out"),
-    ):
-        pair = compared.fit.get(key, {}).get("frf_error")
-        if pair is not None:
-            parts.append(
-                f"{word} {number(pair['before'], 3)}"
-                + ("" if parts or key != "fit" else " (1: as large as the responses)")
-            )
+    for metric, of in (("frf_error", "frequency responses"), ("response_error", "time histories")):
+        for key, word in (("fit", f"error of the {of}"), ("hold_out", "of those held out")):
+            pair = compared.fit.get(key, {}).get(metric)
+            if pair is None:
+                continue
+            first = "" if parts or key != "fit" else " (1: as large as the responses)"
+            parts.append(f"{word} {number(pair['before'], 3)}{first}")
             marks.append(_mark(pair["before"], GOOD_FRF, POOR_FRF))
+    if not parts:
+        parts.append("nothing of these recordings can be compared")
     headline = "; ".join(parts)
     tone = ("good", "fair", "bad")[max(marks, default=1)]
     return Verdict(

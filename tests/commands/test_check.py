@@ -11,6 +11,7 @@ from scipy.io import mmwrite
 from scipy.sparse import coo_array
 
 from cvxupdate.commands.view import view
+from cvxupdate.errors import ProblemFileError
 from cvxupdate.report.checked import MOST, check_lines
 from cvxupdate.study import check
 from tests.commands.test_plan import BEAM
@@ -57,6 +58,9 @@ def test_long_lists_are_cut_short() -> None:
             "extent": [],
             "frequencies": [],
             "free": [],
+            "moved": [],
+            "states": {},
+            "inertia": {},
             "held": [
                 {"nodes": list(range(1, MOST + 4)), "dofs": ["x"]},
                 {"nodes": "all", "dofs": ["z"]},
@@ -64,6 +68,66 @@ def test_long_lists_are_cut_short() -> None:
         },
     )[2]
     assert said.endswith(f", {MOST} and 3 more (x); all nodes (z).")
+
+
+def test_states_and_what_moves_are_said() -> None:
+    summary = {
+        **dict.fromkeys(("nodes", "elements", "free DOFs", "recordings", "parameters"), 3),
+        "warnings": [],
+        "mass": 0.0,
+        "inertia": {"rx": 2.45},
+        "extent": [],
+        "frequencies": [],
+        "free": [],
+        "held": [],
+        "moved": [{"nodes": [1, 2], "dofs": ["x"]}],
+        "states": {"reference": 2, "": 1},
+    }
+    said = check_lines("p", summary)
+    assert said[1:] == [
+        "Total inertia 2.45 kg·m² (rx).",
+        "Moved as recorded: nodes 1, 2 (x).",
+        "States of the structure: reference (2 recordings), none named (1 recording).",
+    ]
+    other = check_lines("p", {**summary, "states": {"healthy": 1, "after": 2}})
+    assert other[-1].endswith('none is "reference", which the model describes.')
+
+
+def test_a_table_moves_a_model_that_it_holds(tmp_path: Path) -> None:
+    """It is no free structure; and a force where it is held moves nothing, nor does what has no
+    input at all."""
+    (tmp_path / "a.csv").write_text("\n".join(f"{np.sin(k)},{np.cos(k)}" for k in range(400)))
+    table = """
+[[recordings]]
+kind = "time"
+file = "a.csv"
+rate = 100.0
+begins = "at-rest"
+channels = [
+  { column = 0, quantity = "FIRST", node = 1, dof = "y" REST },
+  { column = 1, quantity = "acceleration", node = 2, dof = "y" },
+]
+"""
+    moved = table.replace("FIRST", "acceleration").replace("REST", ", imposed = true")
+    said = lines(BEAM + moved, tmp_path)
+    assert "Moved as recorded: node 1 (y)." in said
+    assert not any("rigid body" in line for line in said)
+    pushed = lines(BEAM + table.replace("FIRST", "force").replace("REST", ""), tmp_path)
+    assert sum("where a support holds the model" in line for line in pushed) == 1
+    quiet = lines(BEAM + table.replace("FIRST", "acceleration").replace("REST", ""), tmp_path)
+    assert sum("neither a force nor an imposed motion" in line for line in quiet) == 1
+
+
+@pytest.mark.parametrize("state", ["Reference", " reference", "REFERENCE"])
+def test_a_state_that_is_nearly_the_reference_is_a_fault(tmp_path: Path, state: str) -> None:
+    table = f'''
+[[recordings]]
+kind = "modes"
+state = "{state}"
+rows = [{{ frequency = 10.0 }}]
+'''
+    with pytest.raises(ProblemFileError, match='Write state = "reference"'):
+        lines(BEAM + table, tmp_path)
 
 
 def test_a_free_structure_is_in_order_and_said_to_be_free(tmp_path: Path) -> None:

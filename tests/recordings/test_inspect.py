@@ -8,11 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from cvxupdate.errors import RecordingError
 from cvxupdate.recordings.inspect import inspect_file
 from cvxupdate.recordings.lines import decaying_sines, dominant_lines, frf_peaks, sine_fit
 from cvxupdate.recordings.load import load_recordings
 from cvxupdate.spec import load_problem
 
+UNSTATED = "# rate ="
 MODEL = """
 [model]
 dofs = ["z"]
@@ -95,7 +97,14 @@ def test_blocks_of_other_forms_are_valid(tmp_path: Path, name: str) -> None:
             )
         )
     seen = inspect_file(path)
-    (tmp_path / "problem.toml").write_text(MODEL + seen.block)
+    block = seen.block
+    if UNSTATED in block:  # the file does not say it, and any number would run
+        (tmp_path / "problem.toml").write_text(MODEL + block)
+        with pytest.raises(RecordingError, match="does not state its sampling rate"):
+            load_recordings(load_problem(tmp_path / "problem.toml"))
+        block = block.replace(UNSTATED, "rate = 1e3 #")
+    assert (block != seen.block) == (name in ("a.npz", "a.mat"))
+    (tmp_path / "problem.toml").write_text(MODEL + block)
     (recording,) = load_recordings(load_problem(tmp_path / "problem.toml"))
     if name.startswith("frf"):
         assert seen.kind == "frf" and recording.H.shape == (200, 1, 1)  # type: ignore[union-attr]

@@ -51,7 +51,7 @@ def test_names_of_channels_with_units_are_places(tmp_path):
 def pasted(path: Path) -> Recording:
     """The recording that a problem with the block of ``path`` loads, on as many nodes as it
     names."""
-    block = inspect_file(path).block
+    block = inspect_file(path).block.replace("# rate =", "rate = 1.0  #")  # that nobody states
     (table,) = tomllib.loads(block)["recordings"]
     named = [*table.get("channels", ()), *table.get("references", ())]
     nodes = {row.get("node", 1) for row in named} | set(range(1, 60))
@@ -297,6 +297,18 @@ def test_files_of_other_writers(tmp_path: Path, kind: str) -> None:
     assert isinstance(found, FrequencyResponse)
     np.testing.assert_allclose(found.H[:, :, 0], H, rtol=1e-6)
     np.testing.assert_allclose(found.frequency, F)
+
+
+def test_frequencies_and_hertz_make_a_table_of_responses(tmp_path: Path) -> None:
+    for k, name in enumerate(("f_Hz", "f [Hz]", "Freq (Hz)", "frequency", "Hz", "line")):
+        path = tmp_path / f"{k}.csv"
+        head = f"{name},re_3z_10z,im_3z_10z,coh_3z_10z"
+        rows = "\n".join(f"{x:g},{h.real},{h.imag},0.98" for x, h in zip(F, H[:, 0], strict=True))
+        path.write_text(f"{head}\n{rows}\n")
+        found = inspect_file(path)
+        assert found.kind == "frf" and 'form = "real-imaginary", pair = 2' in found.block, name
+    (tmp_path / "t.csv").write_text("factor,a\n" + "\n".join(f"{x},{x}" for x in range(9)))
+    assert inspect_file(tmp_path / "t.csv").kind == "time"
 
 
 def test_every_public_file(data_folder: Path, tmp_path: Path) -> None:

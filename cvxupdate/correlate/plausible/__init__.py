@@ -13,7 +13,15 @@ import numpy as np
 
 from cvxupdate.correlate.plausible.channels import channel_doubts
 from cvxupdate.correlate.plausible.doubt import Doubt
-from cvxupdate.correlate.plausible.facts import PERCENT, facts, held, material_doubts
+from cvxupdate.correlate.plausible.facts import (
+    PERCENT,
+    facts,
+    held,
+    material_doubts,
+    moved,
+    states,
+)
+from cvxupdate.correlate.plausible.inputs import input_doubts
 from cvxupdate.correlate.plausible.mesh import mesh_doubts
 from cvxupdate.correlate.plausible.quality import damage_doubts, quality_doubts
 from cvxupdate.correlate.plausible.units import QUANTITY, unit_doubts
@@ -23,7 +31,17 @@ from cvxupdate.fe.modes import Modes, model_modes
 from cvxupdate.recordings.types import ModeTable, Recording
 from cvxupdate.spec import Spec
 
-__all__ = ["Doubt", "Warn", "doubts", "examine", "facts", "held"]
+__all__ = [
+    "Doubt",
+    "Warn",
+    "doubts",
+    "examine",
+    "facts",
+    "held",
+    "input_doubts",
+    "moved",
+    "states",
+]
 
 MODES = 30
 """Modes of the model that measured shapes are held against."""

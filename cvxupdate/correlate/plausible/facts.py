@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 
 from cvxupdate.correlate.plausible.doubt import Doubt
-from cvxupdate.fe.model import Model
+from cvxupdate.fe.model import KINDS, Model
 from cvxupdate.fe.modes import loose_dofs, model_modes
+from cvxupdate.physics.place import ROTATIONS
 from cvxupdate.spec import Spec
 from cvxupdate.spec.elements import Block
 
@@ -24,9 +25,10 @@ MOST_NAMED = 8
 """Loose DOFs that are named."""
 
 
-def facts(model: Model) -> dict[str, Any]:
-    """Total mass (kg; None for matrices of another program), extent (m, along x, y, z), the
-    first natural frequencies (Hz), and what moves ``free`` of strain, in sentences.
+def facts(model: Model, moved: int = 0) -> dict[str, Any]:
+    """Total mass (kg; None for matrices of another program) or, of what only turns, ``inertia``
+    about each axis (kg·m²), extent (m, along x, y, z), the first natural frequencies (Hz), and what
+    moves ``free`` of strain, in sentences, beside so many bases that are ``moved``.
 
     Raises
     ------
@@ -38,10 +40,21 @@ def facts(model: Model) -> dict[str, Any]:
     extent = np.ptp(model.xyz, axis=0) if len(model.xyz) else np.zeros(3)
     return {
         "mass": None if given else float(model.total_mass()),
+        "inertia": {} if given or model.total_mass() > 0.0 else _inertia(model),
         "extent": [float(x) for x in extent],
         "frequencies": [float(f) for f in modes.flexible().frequencies[:FIRST]],
-        "free": free_says(model, modes.rigid),
+        "free": free_says(model, modes.rigid - moved),
     }
+
+
+def _inertia(model: Model) -> dict[str, float]:
+    """Of all that turns together about each axis that DOFs are about."""
+    M, out = model.matrices(model.zero()).M, {}
+    for code, kind in enumerate(KINDS):
+        turns = (model.dof_kind == code).astype(float)
+        if kind in ROTATIONS and (whole := float(turns @ (M @ turns))) > 0.0:
+            out[kind] = whole
+    return out
 
 
 def free_says(model: Model, motions: int) -> list[str]:
@@ -80,6 +93,18 @@ def held(spec: Spec) -> list[dict[str, Any]]:
         for dofs, nodes in alike.items()
         if dofs
     ]
+
+
+def moved(spec: Spec) -> list[dict[str, Any]]:
+    """The bases whose motion is recorded, or that the file has: ``nodes`` and their ``dofs``."""
+    return [{"nodes": sorted(b.nodes), "dofs": [b.dof]} for b in spec.model.bases]
+
+
+def states(spec: Spec) -> dict[str, int]:
+    """How many recordings are of each state of the structure, "" for none; empty where no state is
+    named."""
+    named = [r.state or "" for r in spec.recordings]
+    return {name: named.count(name) for name in dict.fromkeys(named)} if any(named) else {}
 
 
 def material_doubts(spec: Spec) -> tuple[Doubt, ...]:

@@ -61,5 +61,6 @@ def _few(doubts: Iterable[Doubt]) -> tuple[Doubt, ...]:
             out.append(d)
     for name, n in count.items():
         if n > SAID:
-            out.append(Doubt(name, f"And {n - SAID} more warnings of this kind: {name}."))
+            more = "warning" if n - SAID == 1 else "warnings"
+            out.append(Doubt(name, f"And {n - SAID} more {more} of this kind: {name}."))
     return tuple(out)

@@ -36,11 +36,12 @@ def recordings_block(path: Path, kind: str, lines: list[str]) -> str:
 
 
 def rate_line(rate: float) -> str:
-    """The key ``rate``, with a comment where the file does not state it (NaN)."""
+    """The key ``rate``; a comment alone where the file does not state it (NaN): any number would
+    run."""
     return (
         f"rate = {float(f'{rate:.10g}')!r}"
         if np.isfinite(rate)
-        else "rate = 1.0            # Hz: not stated in the file"
+        else "# rate =              # Hz: the file does not state it; give it"
     )
 
 

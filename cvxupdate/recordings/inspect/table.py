@@ -27,6 +27,7 @@ _TIMES = re.compile(
     r"([ _]*(axis|vector|stamp|elapsed))?[ _]*[\[(]?(?P<unit>s|sec|ms|us|µs)?[\])]?",
     re.IGNORECASE,
 )
+_LINES = re.compile(r"(f|freq.*|fréq.*|lines?|hz)([ _]*[\[(]?hz[\])]?)?", re.IGNORECASE)
 _SLOWER = {"ms": 1e3, "us": 1e6, "µs": 1e6}  # samples a second for one in the column's own unit
 
 
@@ -58,11 +59,7 @@ def inspect_table(
     units = contents.units or ("",) * count
     uniform = count > 0 and len(data) > 2 and rises(data[:, 0])
     table = _Table(path, contents, data, names, units, uniform)
-    named = count > 0 and (
-        names[0].lower().startswith("freq")
-        or names[0].strip().lower() in ("f", "hz")
-        or units[0] == "Hz"
-    )
+    named = count > 0 and bool(_LINES.fullmatch(names[0].strip()) or units[0] == "Hz")
     if (named and (uniform or _rises_with_gaps(data))) or (uniform and data.dtype.kind == "c"):
         return _spectra(table, progress)
     return _histories(table, progress)

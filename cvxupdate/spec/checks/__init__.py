@@ -58,6 +58,7 @@ from cvxupdate.spec.checks.recordings import (
     MethodRecording,
     References,
     Shapes,
+    StateNames,
 )
 from cvxupdate.spec.checks.solution import SolutionApplies
 from cvxupdate.spec.checks.structure import LooseNodes, Preloads, Ties, UnheldMasses
@@ -106,6 +107,7 @@ CHECKS: tuple[Check, ...] = (
     ChannelPlaces(),
     Corrections(),
     References(),
+    StateNames(),
     BasePlaces(),
     ImposedMotion(),
     Shapes(),

@@ -55,6 +55,24 @@ class EmptyRecordings:
 
 
 @dataclass(frozen=True)
+class StateNames:
+    """The state that the model describes is written as it is asked for."""
+
+    needs: ClassVar[tuple[str, ...]] = ("recordings",)
+
+    def __call__(self, case: Case) -> Iterator[Complaint]:
+        """Every state that is "reference" but for capitals or blanks: it would be one more."""
+        for i, recording in enumerate(case.spec.recordings):
+            state = recording.state
+            if state is not None and state != "reference" and state.strip().lower() == "reference":
+                yield Complaint(
+                    ("recordings", i, "state"),
+                    f"is {state!r}, which is not the state that the model describes.",
+                    'Write state = "reference".',
+                )
+
+
+@dataclass(frozen=True)
 class References:
     """An FRF in columns was excited at places of the model, and its channels name one of them."""
 
