@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from cvxupdate.recordings.states import REFERENCE
 from cvxupdate.report.numbers import count
 
+REFERENCE = "reference"
+"""The state that the model describes, as problem files have it."""
 MOST = 12
 """Nodes, and sets of held DOFs, that are listed."""
 COUNTS = ("node", "element", "free DOF", "recording", "parameter")

@@ -10,7 +10,6 @@ import numpy as np
 from cvxupdate.correlate.plausible.doubt import Doubt
 from cvxupdate.fe.model import KINDS, Model
 from cvxupdate.fe.modes import loose_dofs, model_modes
-from cvxupdate.physics.place import ROTATIONS
 from cvxupdate.spec import Spec
 from cvxupdate.spec.elements import Block
 
@@ -52,7 +51,7 @@ def _inertia(model: Model) -> dict[str, float]:
     M, out = model.matrices(model.zero()).M, {}
     for code, kind in enumerate(KINDS):
         turns = (model.dof_kind == code).astype(float)
-        if kind in ROTATIONS and (whole := float(turns @ (M @ turns))) > 0.0:
+        if kind.startswith("r") and (whole := float(turns @ (M @ turns))) > 0.0:
             out[kind] = whole
     return out
 
