@@ -30,6 +30,7 @@ from cvxupdate.physics.equal_supports import EqualSupports
 from cvxupdate.physics.flexible_support import FlexibleSupport
 from cvxupdate.physics.grounding_spring import GroundingSpring
 from cvxupdate.physics.gyroscopic import Spin
+from cvxupdate.physics.held_edges import HeldEdges
 from cvxupdate.physics.hysteresis import Hysteresis
 from cvxupdate.physics.joint_flexibility import JointFlexibility
 from cvxupdate.physics.loose_span import LooseSpan
@@ -69,6 +70,7 @@ EFFECTS: tuple[EffectType, ...] = (
     SensorMass(),
     GroundingSpring(),
     Cords(),
+    HeldEdges(),
     SoftSupport(),
     EqualSupports(),
     LooseSpan(),

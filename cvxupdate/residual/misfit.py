@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from cvxupdate.fe.modes import Modes
@@ -51,4 +52,34 @@ def least_misfit(
         mine, partners = linear_sum_assignment(cost)
         out[k] = places[k].copy()
         out[k][who[mine]] = flexible[partners]
+    return tuple(out)
+
+
+def scored_by_frequency(
+    hold: Sequence[ModeTable],
+    loose: Sequence[NDArray[np.bool_]],
+    places: Sequence[Index],
+    modes: Modes,
+) -> tuple[Index, ...]:
+    """``places`` (of the tables to fit, then of those to ``hold`` out) with every held-out mode
+    that frequency alone pairs (``loose``) found again by its frequency: of a model that has come
+    nearer it may be another. Among the modes that no fitted one has, and no other of its table;
+    where it is a fitted one measured again, it stays that."""
+    if not (hold and loose):
+        return tuple(places)
+    fitted = set(np.concatenate([np.zeros(0, dtype=np.int64), *places[: -len(hold)]]).tolist())
+    out = list(places)
+    for k, table in enumerate(hold, len(places) - len(hold)):
+        own = places[k]
+        who = [i for i in np.flatnonzero(loose[k]).tolist() if int(own[i]) not in fitted | {-1}]
+        taken = fitted | {int(own[i]) for i in range(len(own)) if i not in who}
+        free = np.array(
+            [i for i in range(modes.rigid, len(modes.eigenvalues)) if i not in taken], dtype=int
+        )
+        if not who or len(free) < len(who):
+            continue
+        cost = modes.frequencies[free] / table.frequency[who][:, None] - 1.0
+        mine, partners = linear_sum_assignment(cost**2)
+        out[k] = own.copy()
+        out[k][np.array(who)[mine]] = free[partners]
     return tuple(out)

@@ -20,7 +20,7 @@ from cvxupdate.residual.derivatives import Derivatives, derivatives_of, stacked
 from cvxupdate.residual.eigen import eigenvalue_derivatives
 from cvxupdate.residual.exact_modal import exact_rows
 from cvxupdate.residual.follow import follow
-from cvxupdate.residual.misfit import least_misfit
+from cvxupdate.residual.misfit import least_misfit, scored_by_frequency
 from cvxupdate.residual.modal_rows import Rows, eigenvalue_rows, measured_shapes, rows_of_shapes
 from cvxupdate.residual.pairing import Start, highest_of, used_places
 from cvxupdate.residual.repeated import aligned
@@ -40,10 +40,9 @@ class ModalResidual:
     repeated in the initial model, ``unseen`` those whose partner does not move any of the sensors
     there. ``form`` compares shapes (`residual.shape_forms`), their weights times ``shape_weight``;
     ``only_shapes`` leaves the eigenvalues without weight. ``continued``: modes come from those
-    before (`fe.continued`), which may miss one that is not followed. ``repaired``: the
-    fitted modes are paired anew at every point, by the least misfit, so that the objective is the
-    lower envelope of all pairings. ``correlated``: the tables' covariances weigh the rows, else the
-    deviations alone.
+    before (`fe.continued`), which may miss one that is not followed. ``repaired``: the fitted modes
+    are paired anew at every point, by the least misfit: the objective is the lower envelope of all
+    pairings. ``correlated``: the tables' covariances weigh the rows, else deviations alone.
     """
 
     model: Model
@@ -186,6 +185,7 @@ class ModalResidual:
             )
             went |= dict(zip(used.tolist(), found.tolist(), strict=True))
         moved = tuple(np.array([went[i] for i in q.tolist()], dtype=np.int64) for q in places)
+        moved = scored_by_frequency(self.hold_out, self.start.loose, moved, modes)
         point = ModalPoint(self, p, m, modes, moved)
         if not self.repaired:
             return point

@@ -65,6 +65,7 @@ EDGE: dict[str, Any] = {
     "supports": [{"nodes": [1, 4, 7, 10], "dofs": ["z", "rx", "ry"]}],
     "damping": {"kind": "modal", "zeta": [0.01, 0.02]},
 }
+HINGED: dict[str, Any] = {**EDGE, "supports": [{"nodes": [1, 4, 7, 10], "dofs": ["z"]}]}
 _CELLS = squares(3, 2, 0.2)
 SHELL: dict[str, Any] = {
     **sheet(
@@ -159,6 +160,7 @@ STRUCTURES: dict[str, dict[str, Any]] = {
     "beam": BEAM,
     "plate": PLATE,
     "edge": EDGE,
+    "hinged": HINGED,
     "shell": SHELL,
     "shaft": SHAFT,
     "frame": FRAME,
@@ -171,6 +173,7 @@ ACCELEROMETERS = {
     "mounted": ("n2.y", "n4.z"),
     "beam": ("n3.z", "n4.x", "n4.z", "n6.z"),
     "edge": ("n6.z", "n9.z"),
+    "hinged": ("n6.z", "n9.z"),
     "plate": ("n6.z", "n9.z"),
     "shell": ("n6.z", "n9.x"),
     "shaft": ("n2.y", "n3.z", "n4.z"),
@@ -200,6 +203,7 @@ CASES = (
     Case("SensorMass", "beam", {"m": 0.0348}),
     Case("GroundingSpring", "beam", {"k": 3490.0}),
     Case("Cords", "hung", {"k": 320.0}),
+    Case("HeldEdges", "hinged", {"k": 113.0}),
     Case("SoftSupport", "beam", {"k": 2.1e6}),
     Case("EqualSupports", "beam", {"k": 2.1e6}),
     Case("LooseSpan", "edge", {"k": 2.1e6, "kr": 310.0}),

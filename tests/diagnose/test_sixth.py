@@ -27,3 +27,14 @@ def test_backlash_of_a_drive_is_found() -> None:
     assert first.parameters["gap"] == pytest.approx(1.5e-3, rel=0.1)
     assert first.parameters["k"] == pytest.approx(16e3, rel=0.1)
     assert "rad, in either direction" in found.says and "N·m/rad" in found.says
+
+
+def test_an_edge_that_is_riveted_is_found() -> None:
+    """A sheet hinged on all sides in the model, coarse; what is held out has no shapes, and is
+    found again by frequency: two modes stand 1.2 and 1.8 % to either side of one of them."""
+    found = diagnose(CASES / "w15_riveted_edge" / "problem.toml")
+    (first,) = found.findings
+    assert first.physics == "grounding_spring" and first.place.nodes == tuple(range(1, 10))
+    assert first.place.dof == "rx" and first.parameters["k"] == pytest.approx(112.5, rel=0.1)
+    assert "turns against springs of" in found.says
+    assert found.fit["hold_out"]["after"] < 0.25 * found.fit["hold_out"]["before"]

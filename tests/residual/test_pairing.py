@@ -8,8 +8,9 @@ import pytest
 from cvxupdate.errors import InputError, ModelError, RecordingError
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.modes import Modes, model_modes
-from cvxupdate.recordings.types import Channel, ModeTable
+from cvxupdate.recordings.types import Channel, ModeTable, Origin
 from cvxupdate.residual.follow import follow
+from cvxupdate.residual.misfit import scored_by_frequency
 from cvxupdate.residual.pairing import pairing_modes, start_pairing
 from cvxupdate.residual.shape_rows import channel_rows, real_shapes
 from tests.cases.structures import PORTAL, TRUTH, crossing, free_chain, measured, portal, structure
@@ -225,3 +226,24 @@ def test_too_few_modes_left_is_a_model_error() -> None:
     modes = model_modes(m, 3, m.zero())
     with pytest.raises(ModelError, match="only 3 modes left for the 5"):
         follow(model_modes(m, 5, m.zero()).shapes, m.matrices().M, modes)
+
+
+def test_what_is_held_out_without_a_shape_is_found_again_by_frequency() -> None:
+    """The nominal model stood between: 502 Hz was nearer to its 509 than to its 494, which became
+    509 itself. One that was fitted and measured again stays that, and so does one with a shape."""
+
+    def table(*f: float) -> ModeTable:
+        nothing = np.full(len(f), np.nan)
+        at = np.array(f)
+        return ModeTable(
+            Origin("t", "t", "fit"), at, 1e-3 * at, nothing, nothing, (), None, None, 0 * at
+        )
+
+    f = np.array([0.0, 70.0, 131.0, 447.0, 509.0, 522.0])
+    modes = Modes((2.0 * np.pi * f) ** 2, np.eye(6), 1)
+    held, places = [table(442.0, 502.0, 70.5), table(520.0)], [np.array([1, 2])]
+    places += [np.array([3, 5, 1]), np.array([4])]
+    loose = [np.ones(2, bool), np.ones(3, bool), np.zeros(1, bool)]
+    out = scored_by_frequency(held, loose, places, modes)
+    assert [q.tolist() for q in out] == [[1, 2], [3, 4, 1], [4]]
+    assert scored_by_frequency([], [], places, modes) == tuple(places)
