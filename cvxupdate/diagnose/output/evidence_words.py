@@ -11,7 +11,7 @@ from cvxupdate.diagnose.judge.judge import Judgement
 from cvxupdate.diagnose.judge.posterior import log_odds, rivals
 from cvxupdate.diagnose.output.rival_words import named, shortly, verbs
 from cvxupdate.diagnose.output.strain_words import strained_lines
-from cvxupdate.diagnose.output.wording import RIVALS, by_themselves, nonlinear
+from cvxupdate.diagnose.output.wording import RIVALS, by_themselves, explains_untold, nonlinear
 from cvxupdate.diagnose.results import Finding
 from cvxupdate.diagnose.settings import AS_LIKELY, LEAST_CHANGE, LEVEL_CHANGE, STATED
 from cvxupdate.diagnose.types import Errors, Evidence, LevelChange
@@ -47,7 +47,8 @@ def evidence_lines(
         left = evidence.left(nearest.errors)
         h = nearest.hypothesis
         says = f"{capital(shortly(h))} {' and '.join(verbs(h))} {left}"
-        out.append(f"{says}: too much for it to be claimed.")
+        much = "" if explains_untold(judgement) else ": too much for it to be claimed"
+        out.append(f"{says}{much}.")
         out += _remains(judgement, nearest)
     return out
 

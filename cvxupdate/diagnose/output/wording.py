@@ -7,8 +7,9 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from cvxupdate.diagnose.hypothesis import Hypothesis
-from cvxupdate.diagnose.judge.acceptance import Weighed, explained
+from cvxupdate.diagnose.judge.acceptance import Weighed, explained, refuted
 from cvxupdate.diagnose.judge.judge import Judgement
+from cvxupdate.diagnose.judge.posterior import log_odds
 from cvxupdate.diagnose.output.rival_words import shortly, verbs
 from cvxupdate.diagnose.results import Finding
 from cvxupdate.diagnose.settings import (
@@ -171,12 +172,32 @@ def _undetermined(judgement: Judgement, level: bool) -> str:
         return (
             f"No {few} the recordings: {_nearest(nearest, level)} {evidence.left(nearest.errors)}."
         )
-    base = judgement.case.base
+    base, told = judgement.case.base, explains_untold(judgement)
+    if told and not level:
+        return f"Something differs; {told}."
     head = "None" if level else "Something differs that none"
     return (
         f"{head} of the known effects explains {'it ' * level}at any one or two places; "
         f"what remains is {evidence.left(Errors(base.errors.fit, float('nan')))}."
     )
+
+
+def explains_untold(judgement: Judgement) -> str:
+    """What explains all that was fitted and is not claimed all the same, and why not: what was held
+    out refutes it, or its size is not told; empty where nothing does."""
+    case = judgement.case
+    every = [w for w in (*judgement.singles, *judgement.several) if explained(w, case)]
+    if judgement.final is not None or explained(case.base, case) or not every:
+        return ""
+    best = max(every, key=lambda w: log_odds(w, case))
+    out = refuted(best, case)
+    alike = sum(refuted(w, case) == out for w in every) - 1
+    also = f", as {alike} other{'s' * (alike > 1)} would," if alike else ""
+    explain = "explains" if len(best.hypothesis.effects) == 1 else "explain"
+    left = f"({case.evidence.left(best.errors)})"
+    why = f"but what was held out refutes that {left}" if out else "but at no size that they tell"
+    what = f"{shortly(best.hypothesis)}{also} {explain}"
+    return f"{what} what was fitted of these recordings, {why}: it is not claimed"
 
 
 def _nearest(nearest: Weighed, level: bool) -> str:

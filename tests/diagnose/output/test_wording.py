@@ -171,6 +171,32 @@ def test_what_comes_nearest_is_named_where_it_is_not_claimed() -> None:
     ]
 
 
+@pytest.mark.parametrize(
+    ("held", "why"),
+    [
+        (0.02, "but at no size that they tell"),
+        (0.7, "but what was held out refutes that (0.01 of the response and 0.7 (held out))"),
+    ],
+    ids=["of no size", "refuted"],
+)
+def test_what_explains_all_and_is_not_claimed_is_said_with_the_reason(
+    held: float, why: str
+) -> None:
+    """An oscillator of 990 ± 3200 kg, as well at eight other nodes: "none of the known effects
+    explains", it said, and "what remains is 115 % of the frequencies"."""
+    fit = PlainFit(1.0, errors=Errors(0.01, held))
+    every = tuple(weighed(fit, effect("added_mass", nodes=(k,)), std=0.9) for k in (2, 5, 6))
+    found = replace(EMPTY, singles=every)
+    assert verdict_of(found, (), False) == (
+        "undetermined",
+        "Something differs; some added mass at node 2, as 2 others would, explains what was fitted "
+        f"of these recordings, {why}: it is not claimed.",
+    )
+    assert not any("too much" in line for line in evidence_lines(found, None))
+    alone = verdict_of(replace(EMPTY, singles=every[:1]), (), False)[1]
+    assert "node 2 explains what was fitted" in alone
+
+
 def test_several_effects_come_nearest_and_leave() -> None:
     """A sentence of two things has the verbs of two."""
     two = weighed(PlainFit(9.0, errors=Errors(0.1, 0.12)), A, B)
