@@ -15,30 +15,20 @@ from typing import final
 
 import numpy as np
 
-from cvxupdate.fe.block import Block
 from cvxupdate.fe.elements import Spring
 from cvxupdate.fe.model import KINDS, Model
 from cvxupdate.fe.parameters import Parameter, Target
-from cvxupdate.physics.compliance import put_spring
 from cvxupdate.physics.context import Real, SearchContext
 from cvxupdate.physics.directions import parallel
-from cvxupdate.physics.draft import Draft
 from cvxupdate.physics.effect import Effect, EffectType, ModelChange
+from cvxupdate.physics.grounding_spring import LIMITS, UNIT, write
 from cvxupdate.physics.growth import at_once, small_block
 from cvxupdate.physics.place import ROTATIONS, TRANSLATIONS, Place, where
 from cvxupdate.physics.quantity import physical
 from cvxupdate.physics.released import PARALLEL, edge_shares, sheet_sides, straight_runs
 from cvxupdate.physics.units import quantity, stiffness_unit
 
-LIMITS = (0.0, 1e5)
-UNIT = 0.02  # of the stiffness at its places, on the average
 FEWEST, MOST = 3, 100  # nodes of an edge
-AGAINST = "springs against turning"
-
-
-def write(draft: Draft, model: Model, block: Block, e: int, now: Mapping[str, float]) -> None:
-    """A spring of a problem file at each node."""
-    put_spring(draft, model, block, e, now["k"] * now["stiffness"], "k", "spring to ground")
 
 
 @final
@@ -46,7 +36,7 @@ class HeldEdges(EffectType):
     """Springs of one stiffness a metre against the turning of an edge."""
 
     name = "grounding_spring"
-    noun = AGAINST
+    noun = "springs against turning"
     unlimited = True
     rig = True
     writers = (("spring", write),)
