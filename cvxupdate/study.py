@@ -239,7 +239,7 @@ def check(problem: Given) -> dict[str, object]:
         "held": held(spec),
         "moved": moved(spec),
         "states": states(spec),
-        **facts(model, len(spec.model.bases)),  # a mechanism or an indefinite mass shows here
+        **facts(model),  # a mechanism or an indefinite mass shows here
         "warnings": [
             asdict(d) for d in (*examine(spec, model, recordings), *input_doubts(model, recordings))
         ],

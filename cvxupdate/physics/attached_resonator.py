@@ -112,9 +112,9 @@ class AttachedResonator(EffectType):
         )
 
 
-def hidden_label(place: Place) -> str:
-    """That of an oscillator's own DOF."""
-    return f"n{place.nodes[0]}@hidden.{place.dof}"
+def hidden_label(label: str, kind: str) -> str:
+    """That of the own DOF of an oscillator at a DOF."""
+    return f"{label.split('.')[0]}@hidden.{kind}"
 
 
 def attach(model: Model, row: int, frequency: float, mass: float, zeta: float = DAMPING) -> Model:
@@ -126,7 +126,7 @@ def attach(model: Model, row: int, frequency: float, mass: float, zeta: float = 
     label = model.labels[row]
     grown = replace(
         model,
-        labels=(*model.labels, f"{label.split('.')[0]}@hidden.{KINDS[code]}"),
+        labels=(*model.labels, hidden_label(label, KINDS[code])),
         dof_node=np.append(model.dof_node, model.dof_node[row]),
         dof_kind=np.append(model.dof_kind, code),
     )

@@ -13,13 +13,12 @@ from typing import final
 import numpy as np
 
 from cvxupdate.fe.block import Index
-from cvxupdate.fe.elements import Spring
-from cvxupdate.fe.model import KINDS, Model
+from cvxupdate.fe.model import Model
 from cvxupdate.physics.context import Real, SearchContext
 from cvxupdate.physics.directions import parallel
 from cvxupdate.physics.effect import Effect, EffectType, ModelChange
-from cvxupdate.physics.grounding_spring import LIMITS, write
-from cvxupdate.physics.growth import at_once, dof_rows, small_block, with_block
+from cvxupdate.physics.grounding_spring import LIMITS, springs_at, write
+from cvxupdate.physics.growth import at_once, dof_rows, with_block
 from cvxupdate.physics.place import TRANSLATIONS, Place, where
 from cvxupdate.physics.quantity import physical
 from cvxupdate.physics.units import quantity
@@ -118,6 +117,5 @@ def _orbits(xyz: Real, signs: Real, near: float) -> Iterator[list[int]]:
 
 
 def _grown(model: Model, rows: list[int], kind: str, unit: float) -> Model:
-    dofs, directions = np.array(rows)[:, None], [KINDS.index(kind)]
-    block = small_block(model, Spring(kind, 1), dofs, directions, "K", np.ones((1, 1)), {"k": 0.0})
+    block = springs_at(model, rows, kind)
     return with_block(model, block, f"cords@{kind}", "k", LIMITS, unit)

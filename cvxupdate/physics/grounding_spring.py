@@ -3,7 +3,7 @@ most."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import final
 
@@ -69,6 +69,11 @@ class GroundingSpring(EffectType):
 
 
 def _grown(model: Model, row: int, node: int, kind: str, unit: float) -> Model:
-    dofs, directions = np.array([[row]]), [KINDS.index(kind)]
-    block = small_block(model, Spring(kind, 1), dofs, directions, "K", np.ones((1, 1)), {"k": 0.0})
+    block = springs_at(model, [row], kind)
     return with_block(model, block, f"grounding_spring@n{node}.{kind}", "k", LIMITS, unit)
+
+
+def springs_at(model: Model, rows: Sequence[int], kind: str) -> Block:
+    """Springs to ground at DOFs of one kind, of no stiffness yet."""
+    dofs, directions = np.array(rows)[:, None], [KINDS.index(kind)]
+    return small_block(model, Spring(kind, 1), dofs, directions, "K", np.ones((1, 1)), {"k": 0.0})

@@ -15,14 +15,13 @@ from typing import final
 
 import numpy as np
 
-from cvxupdate.fe.elements import Spring
-from cvxupdate.fe.model import KINDS, Model
+from cvxupdate.fe.model import Model
 from cvxupdate.fe.parameters import Parameter, Target
 from cvxupdate.physics.context import Real, SearchContext
 from cvxupdate.physics.directions import parallel
 from cvxupdate.physics.effect import Effect, EffectType, ModelChange
-from cvxupdate.physics.grounding_spring import LIMITS, UNIT, write
-from cvxupdate.physics.growth import at_once, small_block
+from cvxupdate.physics.grounding_spring import LIMITS, UNIT, springs_at, write
+from cvxupdate.physics.growth import at_once
 from cvxupdate.physics.place import ROTATIONS, TRANSLATIONS, Place, where
 from cvxupdate.physics.quantity import physical
 from cvxupdate.physics.released import PARALLEL, edge_shares, sheet_sides, straight_runs
@@ -91,8 +90,7 @@ def _edges(context: SearchContext) -> Iterator[tuple[list[int], str]]:
 
 
 def _grown(model: Model, rows: list[int], kind: str, units: Real) -> Model:
-    dofs, directions = np.array(rows)[:, None], [KINDS.index(kind)]
-    block = small_block(model, Spring(kind, 1), dofs, directions, "K", np.ones((1, 1)), {"k": 0.0})
+    block = springs_at(model, rows, kind)
     number, ids = len(model.blocks), tuple(block.ids.tolist())
     q = Parameter(
         f"held_edge@n{model.node_ids[model.dof_node[rows[0]]]}.{kind}.k",

@@ -24,10 +24,10 @@ MOST_NAMED = 8
 """Loose DOFs that are named."""
 
 
-def facts(model: Model, moved: int = 0) -> dict[str, Any]:
+def facts(model: Model) -> dict[str, Any]:
     """Total mass (kg; None for matrices of another program) or, of what only turns, ``inertia``
     about each axis (kg·m²), extent (m, along x, y, z), the first natural frequencies (Hz), and what
-    moves ``free`` of strain, in sentences, beside so many bases that are ``moved``.
+    moves ``free`` of strain, in sentences.
 
     Raises
     ------
@@ -42,7 +42,7 @@ def facts(model: Model, moved: int = 0) -> dict[str, Any]:
         "inertia": {} if given or model.total_mass() > 0.0 else _inertia(model),
         "extent": [float(x) for x in extent],
         "frequencies": [float(f) for f in modes.flexible().frequencies[:FIRST]],
-        "free": free_says(model, modes.rigid - moved),
+        "free": free_says(model, modes.rigid),
     }
 
 
@@ -58,8 +58,9 @@ def _inertia(model: Model) -> dict[str, float]:
 
 def free_says(model: Model, motions: int) -> list[str]:
     """What moves without strain, of so many motions in all: DOFs that no stiffness acts on by
-    their labels, and beside those the structure as a rigid body."""
-    if not motions:
+    their labels, and beside those the structure as a rigid body; a base goes as it is moved."""
+    motions -= sum(len(b.ids) for b in model.blocks if b.is_base)
+    if motions <= 0:
         return []
     loose, out = loose_dofs(model), []
     if loose:

@@ -60,7 +60,9 @@ def _swings(h: Hypothesis, effect: Effect, figures: Figures) -> bool:
     point = h.fit.point
     if not (isinstance(effect.action, HiddenOscillator) and isinstance(point, ModalPoint)):
         return False
-    at = point.residual.model.labels.index(hidden_label(effect.place))
+    at = point.residual.model.labels.index(
+        hidden_label(f"n{effect.place.nodes[0]}", str(effect.place.dof))
+    )
     shapes = point.modes.shapes[at, point.paired]
     return bool(np.any(figures.values["m"] * shapes**2 >= 0.5))
 

@@ -169,7 +169,7 @@ class ModesEvidence(Linear):
         return fitted_at(setting, p)
 
     def fitted(self, seed: Seed, effort: str) -> Fit:
-        """By convex steps, to the end at once."""
+        """By trust-region convex steps, to the end at once."""
         return fitted_from(seed.setting, seed.start, seed.continued, self._space)
 
     def linearised(self, found: Fit) -> Linearised:
@@ -177,7 +177,7 @@ class ModesEvidence(Linear):
         return linearised(found)
 
     def columns(self, found: Fit, effects: Sequence[Effect]) -> list[Real | None]:
-        """Weighted."""
+        """Weighted derivative columns."""
         return columns_of(found, effects)
 
     def first_order(self, found: Fit, effects: Sequence[Effect]) -> list[Score]:

@@ -47,11 +47,10 @@ def _best(point: ModalPoint, rows: Sequence[ShapeRow]) -> dict[int, float]:
     out: dict[int, float] = {}
     taken: list[int] = []
     for n in sorted(range(len(rows)), key=lambda n: -float(np.max(likeness[n]))):
-        free = np.delete(likeness[n], taken)
-        out[rows[n].mode] = float(np.max(free, initial=0.0))
+        own = likeness[n].copy()
+        own[taken] = 0.0
+        out[rows[n].mode] = float(np.max(own))
         if out[rows[n].mode] >= SOUND:
-            own = likeness[n].copy()
-            own[taken] = -1.0
             taken.append(int(np.argmax(own)))
     return out
 

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -19,6 +20,7 @@ from cvxupdate.diagnose.motion.point import MotionPoint
 from cvxupdate.diagnose.motion.scene import Scene
 from cvxupdate.diagnose.motion.smoother import Smoother
 from cvxupdate.diagnose.responses.signals import Complex, Real
+from cvxupdate.diagnose.screen.projection import Projection
 from cvxupdate.diagnose.settings import EACH_SIZED, LOCATED, MOST_PLACES
 from cvxupdate.diagnose.types import Key, Score
 from cvxupdate.forces import (
@@ -43,6 +45,7 @@ CLOSER_EACH = 2 * EACH_SIZED  # of each effect type: twice as many as are refitt
 LARGEST = 99.9  # per cent of the samples are below what counts as the largest motion
 
 Column = Callable[[Real, Real], Real]
+Motions = Sequence[tuple[Real, Real]]
 
 
 def law_scores(point: MotionPoint, effects: Sequence[Effect]) -> tuple[list[Score], float]:
@@ -124,6 +127,12 @@ class Spot:
     smoothers: Sequence[Smoother]
     names: tuple[str, ...]
 
+    @cached_property
+    def beside_linear(self) -> Projection:
+        """What is left of the residual beside a spring and a dashpot here; of all laws the same."""
+        motion = [np.stack(s.motion(), axis=1) for s in self.smoothers]
+        return self.scene.left.beside(self.columns(motion))
+
     def columns(self, forces: Sequence[Real]) -> Real:
         """Weighted changes (rows, laws) of the rows by internal forces (fine samples, laws) of
         every run."""
@@ -137,16 +146,14 @@ class Spot:
         return np.concatenate(parts)
 
     def fits(
-        self, law: Column, sizes: Real, motion: Sequence[tuple[Real, Real]], linear: bool = False
+        self, law: Column, sizes: Real, motion: Motions, left: Projection | None = None
     ) -> list[Fitted]:
-        """The best coefficient along a motion, of every size; beside a ``linear`` spring and
-        dashpot there."""
-        left = self.scene.left
+        """The best coefficient along a motion, of every size, of what is ``left`` (None: of the
+        scene's residual)."""
+        left = left or self.scene.left
         forces = [law(x, v) for x, v in motion]
         if left.total <= 0.0 or not any(np.any(f) for f in forces):
             return [Fitted(0.0, 0.0, float(g)) for g in sizes]
-        if linear:
-            left = left.beside(self.columns([np.stack([x, v], axis=1) for x, v in motion]))
         along, length = left.products(self.columns(forces))
         length = np.where(length > 0.0, length, np.inf)
         return [
@@ -154,9 +161,7 @@ class Spot:
             for a, n, g in zip(along, length, sizes, strict=True)
         ]
 
-    def repeated(
-        self, law: Column, size: float, motion: Sequence[tuple[Real, Real]], rounds: int
-    ) -> Fitted:
+    def repeated(self, law: Column, size: float, motion: Motions, rounds: int) -> Fitted:
         """The motion smoothed anew with the law's own force, several times; the best."""
         sizes = np.array([size])
         (best,) = self.fits(law, sizes, motion)
@@ -181,7 +186,7 @@ class Spot:
             p = _unknowns(action, found)
         return Score(effect, found.fraction, p, exact=True, trusted=bool(np.all(p)))
 
-    def coarse(self, action: object, motion: Sequence[tuple[Real, Real]]) -> Fitted:
+    def coarse(self, action: object, motion: Motions) -> Fitted:
         """The best of a grid, with the sign that physics demands; where a model that is bent to the
         mean of what a law does leaves it none, beside a spring and a dashpot that take that back
         (statistical linearisation)."""
@@ -191,13 +196,12 @@ class Spot:
         family, sizes = _family(action, motion)
         if not len(sizes):
             return nothing
-        best = nothing
-        for linear in (False, True):
-            tried = self.fits(family(sizes), sizes, motion, linear)
-            best = max((_signed(action, f) for f in tried), key=lambda f: f.fraction)
-            if best.fraction > 0.0:
-                break
-        return best
+        tried = self.fits(family(sizes), sizes, motion)
+        best = max((_signed(action, f) for f in tried), key=lambda f: f.fraction)
+        if best.fraction > 0.0:
+            return best
+        tried = self.fits(family(sizes), sizes, motion, self.beside_linear)
+        return max((_signed(action, f) for f in tried), key=lambda f: f.fraction)
 
     def refined(self, action: NonlinearForce, found: Fitted) -> Fitted:
         """On a finer grid around, the motion smoothed anew with the law's force."""
@@ -217,9 +221,7 @@ def _signed(action: NonlinearForce, f: Fitted) -> Fitted:
     return f if f.coefficient > 0.0 or not action.positive[0] else replace(f, fraction=0.0)
 
 
-def _family(
-    action: NonlinearForce, motion: Sequence[tuple[Real, Real]]
-) -> tuple[Callable[[Real], Column], Real]:
+def _family(action: NonlinearForce, motion: Motions) -> tuple[Callable[[Real], Column], Real]:
     """Laws (fine samples, sizes) by their shapes' sizes, and the sizes to try."""
     far = max(float(np.percentile(np.abs(x), LARGEST)) for x, _ in motion)
     fast = max(float(np.percentile(np.abs(v), LARGEST)) for _, v in motion)

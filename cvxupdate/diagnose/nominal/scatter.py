@@ -63,11 +63,10 @@ def scatter_of(q: Parameter) -> float:
 def prior_scales(model: Model, wide: bool = False) -> list[float]:
     """Prior standard deviations of a model's parameters: groups scatter as usual (``wide``: their
     stiffness may go as far as a parameter error is followed), effects are free."""
-    return [
-        FREE
-        if q.group is None
-        else WIDE
-        if wide and q.of == "stiffness" and q.upper >= WIDE
-        else scatter_of(q)
-        for q in model.parameters
-    ]
+
+    def scale(q: Parameter) -> float:
+        if q.group is None:
+            return FREE
+        return WIDE if wide and q.of == "stiffness" and q.upper >= WIDE else scatter_of(q)
+
+    return [scale(q) for q in model.parameters]
