@@ -71,7 +71,11 @@ class OrderedFactor:
 
 
 def factored(
-    A: sp.sparray, what: str = "the matrix", pivot: bool = False, again: bool = False
+    A: sp.sparray,
+    what: str = "the matrix",
+    pivot: bool = False,
+    again: bool = False,
+    instead_of: PardisoFactor | None = None,
 ) -> Factored:
     """Factors of a symmetric A (N, N): MKL Pardiso's where it is real and large and the extra
     ``fast`` is installed, else SuperLU's; either way the same answers.
@@ -79,7 +83,8 @@ def factored(
     Pardiso pivots by itself (1 × 1 and 2 × 2, within the blocks of its elimination tree), so
     ``pivot`` is for SuperLU. Where that does not do, and on singular matrices, SuperLU is asked.
     ``again``: matrices of this pattern are factored many times, so its order is kept
-    (`cvxupdate.fe.orders`).
+    (`cvxupdate.fe.orders`). ``instead_of``: factors that nobody needs any more; where A has their
+    pattern, their order and memory are used.
 
     Raises
     ------
@@ -90,6 +95,8 @@ def factored(
     pardiso = library() if matrix.shape[0] > LARGE else None
     if pardiso is not None and not np.iscomplexobj(matrix.data) and _symmetric(matrix):
         try:
+            if instead_of is not None and instead_of.taken_over(matrix):
+                return instead_of
             return PardisoFactor(matrix, pardiso)
         except Perturbed:
             pass

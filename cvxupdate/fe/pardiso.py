@@ -25,7 +25,7 @@ LARGE = 10_000
 answers do not depend on what is installed."""
 
 _INDEFINITE = -2  # mtype: real, symmetric, indefinite: L D Lᵀ with pivots of 1 × 1 and 2 × 2
-_FACTORISE, _SOLVE, _RELEASE = 12, 33, -1
+_FACTORISE, _NUMBERS, _SOLVE, _RELEASE = 12, 22, 33, -1
 _NESTED = 2  # iparm[1]: nested dissection
 _PERTURBED = 13
 """iparm[9]: pivots below 1e-13 of the matrix, scaled to a unit diagonal, are replaced. Such factors
@@ -62,29 +62,29 @@ class PardisoFactor:
     """
 
     def __init__(self, A: sp.csc_array, pardiso: Callable[..., None]) -> None:
-        diagonal = np.abs(A.diagonal())
-        self._scale = np.exp2(-np.round(np.log2(np.where(diagonal > 0.0, diagonal, 1.0)) / 2.0))
-        upper = sp.csr_array(sp.triu(A, format="csr"))
-        empty = np.flatnonzero(diagonal == 0.0)
-        if len(empty):  # Pardiso wants every diagonal entry stored
-            upper = sp.csr_array(
-                upper + sp.csr_array((np.zeros(len(empty)), (empty, empty)), shape=A.shape)
-            )
-        upper.sort_indices()
-        rows = np.repeat(np.arange(A.shape[0]), np.diff(upper.indptr))
-        self._data = upper.data * self._scale[rows] * self._scale[upper.indices]
-        self._at = upper.indptr.astype(np.int32), upper.indices.astype(np.int32)
+        self._scale, self._data, self._at = _scaled(A)
         self._pt, self._iparm = np.zeros(64, dtype=np.int64), np.zeros(64, dtype=np.int32)
         self._iparm[[0, 1, 9, 20, 34]] = 1, _NESTED, _PERTURBED, 1, 1
         self._pardiso = pardiso
         # the memory is MKL's own, and given back with the object
         weakref.finalize(self, _release, pardiso, self._pt, self._iparm, A.shape[0])
-        nothing = np.zeros((1, A.shape[0]))
-        error = self._call(_FACTORISE, nothing, nothing)
-        if error or self._iparm[13]:
-            raise Perturbed(
-                f"Pardiso: error {error}, {self._iparm[13]} pivots too small to divide by."
-            )
+        self._factorise(_FACTORISE)
+
+    def taken_over(self, A: sp.csc_array) -> bool:
+        """Whether A has this pattern: then these are its factors now, in the order and the memory
+        that are there.
+
+        Raises
+        ------
+        Perturbed
+            As the class; these are of no use any more.
+        """
+        scale, data, at = _scaled(A)
+        if not all(np.array_equal(a, b) for a, b in zip(at, self._at, strict=True)):
+            return False
+        self._scale, self._data = scale, data
+        self._factorise(_NUMBERS)
+        return True
 
     def solve(self, rhs: NDArray[Any]) -> Real:
         """A⁻¹ rhs, (N,) or (N, k), real or complex."""
@@ -102,8 +102,40 @@ class PardisoFactor:
         """Number of negative eigenvalues of A, by Sylvester's law of inertia."""
         return int(self._iparm[22])
 
+    def _factorise(self, phase: int) -> None:
+        nothing = np.zeros((1, len(self._scale)))
+        error = self._call(phase, nothing, nothing)
+        if error or self._iparm[13]:
+            raise Perturbed(
+                f"Pardiso: error {error}, {self._iparm[13]} pivots too small to divide by."
+            )
+
     def _call(self, phase: int, b: Real, x: Real) -> int:
         return _run(self._pardiso, self._pt, self._iparm, phase, self._data, self._at, b, x)
+
+
+def _scaled(A: sp.csc_array) -> tuple[Real, Real, tuple[NDArray[np.int32], NDArray[np.int32]]]:
+    """The scale S (N,) and the upper half of S A S by rows, which are the columns of the lower.
+
+    Pardiso wants every entry of the diagonal stored. Stored zeros stay: nested dissection takes
+    the DOFs of a node together, and finds a third less fill, where they have the same neighbours.
+    """
+    if not A.has_sorted_indices:
+        A = A.sorted_indices()
+    every = np.arange(A.shape[0], dtype=np.int32)
+    columns = np.repeat(every, np.diff(A.indptr))
+    missing = np.setdiff1d(every, columns[A.indices == columns], assume_unique=True)
+    if len(missing):
+        rows, columns = np.append(A.indices, missing), np.append(columns, missing)
+        entries = np.append(A.data, np.zeros(len(missing)))
+        return _scaled(sp.csc_array(sp.coo_array((entries, (rows, columns)), shape=A.shape)))
+    diagonal = np.abs(A.diagonal())
+    scale = np.exp2(-np.round(np.log2(np.where(diagonal > 0.0, diagonal, 1.0)) / 2.0))
+    keep = A.indices >= columns
+    rows, columns = A.indices[keep].astype(np.int32, copy=False), columns[keep]
+    ends = np.cumsum(np.bincount(columns, minlength=len(every)), dtype=np.int32)
+    data = A.data[keep] * scale[rows] * scale[columns]
+    return scale, data, (np.append(np.zeros(1, np.int32), ends), rows)
 
 
 def _run(

@@ -156,9 +156,23 @@ class _Space:
 def _orthonormal(X: Real, pushed: Real) -> tuple[Real, Real]:
     """Columns that span the same as X in the inner product of M, those that rounding tells apart,
     and M times them; ``pushed`` = M X."""
-    gram = X.T @ pushed
-    scale = 1.0 / np.sqrt(gram.diagonal())
+    turn = independent(X.T @ pushed)
+    return X @ turn, pushed @ turn
+
+
+def independent(gram: Real, floor: float = 0.0) -> Real:
+    """Combinations (k, j ≤ k) that a Gram matrix (k, k) makes orthonormal: without those that
+    rounding tells from the others no more, and without columns whose square is not above
+    ``floor``."""
+    squares = gram.diagonal()
+    above = squares > floor
+    if not np.all(above):
+        turn = np.zeros((len(gram), int(np.sum(above))))
+        turn[above] = np.eye(turn.shape[1])
+        return turn @ independent(gram[np.ix_(above, above)])
+    if not len(gram):
+        return gram
+    scale = 1.0 / np.sqrt(squares)
     weights, V, _ = dsyevd(gram * scale * scale[:, None])
     keep = weights > INDEPENDENT * weights[-1]
-    turn = scale[:, None] * (V[:, keep] / np.sqrt(weights[keep]))
-    return X @ turn, pushed @ turn
+    return np.asarray(scale[:, None] * (V[:, keep] / np.sqrt(weights[keep])))
