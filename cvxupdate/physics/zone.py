@@ -87,11 +87,14 @@ class SoftZone(EffectType):
         return False
 
     def says(self, effect: Effect, values: Mapping[str, float]) -> str:
-        """From where to where, which elements partly, and by how much."""
-        change = 100.0 * (values["factor"] - 1.0)
+        """From where to where, which elements partly, and by how much; of a stretch of which an
+        end gives more than what lies inside, by how much on average."""
+        average = _average(effect, values)
+        change = 100.0 * ((values["factor"] if average is None else average) - 1.0)
         return (
             f"{_between(effect, values)} the real structure is {number(abs(change), 2)} % "
-            f"{'stiffer' if change > 0 else 'softer'} than modelled."
+            f"{'stiffer' if change > 0 else 'softer'} than modelled"
+            f"{'.' if average is None else ' on average.'}"
         )
 
 
@@ -164,6 +167,22 @@ def _turning(name: str, index: int) -> Quantity:
 def _end(values: Mapping[str, float], end: str) -> float:
     """What an element at an end gives way by, in its own compliances."""
     return values[f"give_{end}"] + values.get(f"soft_{end}", 0.0)
+
+
+def _average(effect: Effect, values: Mapping[str, float]) -> float | None:
+    """The factor that gives a whole stretch the compliance found, where an element at its end has
+    more than what lies inside; else None."""
+    change, give = effect.change, 1.0 / values["factor"] - 1.0
+    if not isinstance(change, ZoneChange) or change.chain is None:
+        return None
+    gives = np.full(len(change.members), give)
+    for end, k in ((FIRST, 0), (LAST, -1)):
+        if f"give_{end}" in values:
+            gives[k] = _end(values, end)
+    if np.all(gives * np.sign(give) <= abs(give)):
+        return None
+    lengths = [change.chain.lengths[change.chain.elements.index(i)] for i in change.members]
+    return float(1.0 / (1.0 + np.average(gives, weights=lengths)))
 
 
 def covered(values: Mapping[str, float], end: str) -> float:

@@ -92,6 +92,16 @@ def test_the_sentence_says_from_where_to_where(model) -> None:
     assert stop > start and BENDS == 4.0
 
 
+def test_an_end_that_gives_more_than_the_inside_makes_the_sentence_an_average(model) -> None:
+    (chain,) = chains(model)
+    found = zone(model, chain.elements[1:3], (JOINT, WHOLE))
+    assert found is not None
+    a, b = chain.lengths[1:3]
+    mean = (0.6 * a + 0.25 * b) / (a + b)
+    said = found.says({"factor": 0.8, "give_first": 0.6})
+    assert f"{100 * (1 - 1 / (1 + mean)):.2g} % softer than modelled on average" in said
+
+
 def test_it_stands_on_another_model_as_on_its_own(model) -> None:
     (chain,) = chains(model)
     found = zone(model, chain.elements[1:5], (JOINT, WHOLE))
