@@ -157,7 +157,8 @@ class Further:
     chance, best first; ``most``: the strain that chance leaves at the worst. Of modes that were
     identified from FRFs, ``gains`` of channels, and what speaks against a model that explains their
     frequencies and shapes (``against``, in words; empty: nothing); whether modal constants, which
-    were not fitted, bear that model out (``borne_out``)."""
+    were not fitted, bear that model out (``borne_out``), and of recordings that were held out
+    among them (``foretold``)."""
 
     lines: tuple[str, ...] = ()
     alpha: tuple[float, float] | None = None
@@ -170,3 +171,4 @@ class Further:
     gains: tuple[Gain, ...] = ()
     against: str = ""
     borne_out: bool = False
+    foretold: bool = False

@@ -150,17 +150,21 @@ class ByModes:
         return judgement.claiming(final, claimed, stands)
 
     def _borne_out(self, judgement: Judgement, told: Judgement) -> Judgement | None:
-        """What they tell and modal constants bear out, fitted and held out, as they tell it; None
-        where the responses differ by more with it, nuisance parameters being those of the modes."""
+        """What they tell and modal constants bear out, as they tell it; None where nothing was held
+        out and the responses differ by more with it, nuisance parameters being those of the modes.
+
+        Near light resonances that says little: which model's are nearest is chance.
+        """
         case = judgement.case
         bare = carried(case.evidence, told.case.base.hypothesis)
         h = carried(case.evidence, told.last.hypothesis)
         if h is None or bare is None or not told.findings:
             return None
-        both = (beside(case, x, self.further.gains) for x in (h, bare))
-        with_it, without_it = (apart(case.evidence, x) for x in both)
-        if with_it >= without_it:
-            return None
+        if not self.further.foretold:
+            both = (beside(case, x, self.further.gains) for x in (h, bare))
+            with_it, without_it = (apart(case.evidence, x) for x in both)
+            if with_it >= without_it:
+                return None
         return judgement.claiming(case.weighed(h), told.findings, told.standings)
 
     def _confirmed(self, judgement: Judgement) -> Weighed | None:

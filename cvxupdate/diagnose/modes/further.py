@@ -33,4 +33,5 @@ def further_of(
     gains = not_gainsaid(gains, point, held)
     sure = len(last.p) > known and constants_bear_out(point, base.point, (kept, held), gains)
     says = " ".join(filter(None, against))
-    return replace(laws, gains=gains, against=says, borne_out=sure)
+    foretold = sure and bool(held)
+    return replace(laws, gains=gains, against=says, borne_out=sure, foretold=foretold)

@@ -276,9 +276,10 @@ def test_the_search_ends_where_the_responses_say_yes_and_leave_much() -> None:
     assert not confirmed(evidence, supposed(OPEN, A), by_modes(judged(MODES)))  # type: ignore[arg-type]
 
 
-def borne_out(monkeypatch: pytest.MonkeyPatch, error: float) -> ByModes:
+def borne_out(monkeypatch: pytest.MonkeyPatch, error: float, foretold: bool = False) -> ByModes:
     """A look whose constants bear out what it tells, and responses that are so far off with it."""
-    case = replace(TOLD.case, evidence=replace(MODES, besides=Further(borne_out=True)))
+    further = Further(borne_out=True, foretold=foretold)
+    case = replace(TOLD.case, evidence=replace(MODES, besides=further))
     left = {(): BASE, (A.key,): PlainFit(60.0, errors=Errors(error, 0.4))}
 
     def carried(evidence: object, told: object) -> object:
@@ -300,6 +301,8 @@ def test_what_constants_bear_out_is_claimed_as_the_modes_tell_it(
     (line,) = look.lines(other, found)
     assert "modal constants, fitted and held out" in line and "bear it out" in line
     assert borne_out(monkeypatch, 0.95).instead(other).findings == (), "the responses say no"
+    held = borne_out(monkeypatch, 0.95, foretold=True).instead(other)
+    assert held.findings == TOLD.findings, "light resonances say nothing beside what was held out"
 
 
 def test_what_the_responses_confirm_comes_before_that(monkeypatch: pytest.MonkeyPatch) -> None:
