@@ -158,7 +158,7 @@ class Further:
     identified from FRFs, ``gains`` of channels, and what speaks against a model that explains their
     frequencies and shapes (``against``, in words; empty: nothing); whether modal constants, which
     were not fitted, bear that model out (``borne_out``), and of recordings that were held out
-    among them (``foretold``)."""
+    among them (``foretold``); of a model with nothing added, whether they are its own (``met``)."""
 
     lines: tuple[str, ...] = ()
     alpha: tuple[float, float] | None = None
@@ -172,3 +172,4 @@ class Further:
     against: str = ""
     borne_out: bool = False
     foretold: bool = False
+    met: bool = False

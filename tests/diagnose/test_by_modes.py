@@ -141,6 +141,23 @@ def test_modes_of_every_recording_in_the_band(problem: Path) -> None:
     assert lowest.frequency == pytest.approx(table.frequency[:5]) and lowest.shapes.shape == (5, 6)
     assert few.constants == pytest.approx(found.constants[:5])
     assert identified([first], (6.0, 400.0), quiet) == [], "four modes tell little"
+    assert len(identified([first], (6.0, 400.0), quiet, each=True)) == 1
+
+
+def test_what_another_drive_shows_beside_is_added(problem: Path) -> None:
+    """Four modes of one record and two of another make six; a mode of both comes once."""
+    first = frf(problem)
+    low, high = (
+        replace(
+            first, frequency=first.frequency[band], H=first.H[band], variance=None, coherence=None
+        )
+        for band in (first.frequency < 400.0, first.frequency > 250.0)
+    )
+    one, other = identified([low, high], (6.0, 900.0), quiet)
+    both = np.concatenate([one.table.frequency, other.table.frequency])
+    (whole,) = identified([first], (6.0, 900.0), quiet)
+    assert np.sort(both) == pytest.approx(whole.table.frequency, rel=2e-3)
+    assert len(other.constants) == len(other.table.frequency) < len(one.table.frequency)
 
 
 def test_records_without_force_and_silent_ones_have_none(problem: Path) -> None:

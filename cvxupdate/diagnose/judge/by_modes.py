@@ -126,11 +126,14 @@ class ByModes:
         return Further() if told is None else told.case.evidence.further(told.last.fit)
 
     def _sound(self, judgement: Judgement) -> bool:
-        """Whether nothing is missing by the modes, and the responses know nothing better."""
+        """Whether nothing is missing by the modes, and the responses know nothing better, or modal
+        constants, held out too, are the model's: then what is better bends itself to sensors that
+        stand beside their nodes."""
+        if not self.calm or self.further.gains:
+            return False
         case = judgement.case
         tried = (*judgement.several, *judgement.singles)
-        known = any(better(w, case.base, case) for w in tried)
-        return self.calm and not self.further.gains and not known
+        return self.further.met or not any(better(w, case.base, case) for w in tried)
 
     def _claimed(self, judgement: Judgement, told: Judgement) -> Judgement:
         """With what they tell and the responses confirm."""

@@ -31,6 +31,18 @@ def constants_bear_out(
     return not held or constants_are_of(beside(last, held), beside(base, held), held, gains)
 
 
+def constants_are_met(
+    point: ModalPoint, seen: tuple[Sequence[Identified], Sequence[Identified]]
+) -> bool:
+    """Whether those that were fitted and those that were held out are the model's within chance;
+    no, where nothing was held out or too few are sure."""
+    fitted, held = seen
+    if not held:
+        return False
+    both = (constants_of(point, fitted), constants_of(beside(point, held), held))
+    return all(c is not None and _by_chance(c, ()) for c in both)
+
+
 def constants_are_of(
     last: ModalPoint, base: ModalPoint, found: Sequence[Identified], gains: Sequence[Gain]
 ) -> bool:
@@ -38,14 +50,18 @@ def constants_are_of(
     whole, before = constants_of(last, found), constants_of(base, found)
     if whole is None:
         return False
-    tried = [whole]
-    if len(whole.modes) >= 2 * FEWEST:
-        rest = (whole.without(mode) for mode in whole.modes)
-        tried += [c for c in rest if c is not None]
-    left, most = min((_left(c, gains) for c in tried), key=lambda pair: pair[0] / pair[1])
-    if left > most:
+    if not _by_chance(whole, gains):
         return False
     return before is None or _mean(whole, gains) <= HALVED * _mean(before, ())
+
+
+def _by_chance(c: Constants, gains: Sequence[Gain]) -> bool:
+    """Whether chance leaves so much, of six modes or more with one left out."""
+    tried = [c]
+    if len(c.modes) >= 2 * FEWEST:
+        rest = (c.without(mode) for mode in c.modes)
+        tried += [other for other in rest if other is not None]
+    return any(left <= most for left, most in (_left(other, gains) for other in tried))
 
 
 def _mean(c: Constants, gains: Sequence[Gain]) -> float:

@@ -6,7 +6,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from cvxupdate.diagnose.fit import Fit
-from cvxupdate.diagnose.modes.borne_out import constants_bear_out
+from cvxupdate.diagnose.modes.borne_out import constants_are_met, constants_bear_out
 from cvxupdate.diagnose.modes.complexity import complex_modes
 from cvxupdate.diagnose.modes.damping import Candidates, damping_laws
 from cvxupdate.diagnose.modes.gains import as_it_may_be, gains_of, not_gainsaid
@@ -29,9 +29,14 @@ def further_of(
     kept = [without_rows(own, sorted(tables.gone.get(k, ()))) for k, own in enumerate(tables.seen)]
     against = (*tables.left_out, complex_modes([own.table for own in kept]))
     gains = gains_of(point, kept, as_it_may_be(last, known))
-    held = tables.later() if gains or len(last.p) > known else ()
+    held, added = tables.later(), len(last.p) > known
     gains = not_gainsaid(gains, point, held)
-    sure = len(last.p) > known and constants_bear_out(point, base.point, (kept, held), gains)
-    says = " ".join(filter(None, against))
-    foretold = sure and bool(held)
-    return replace(laws, gains=gains, against=says, borne_out=sure, foretold=foretold)
+    sure = added and constants_bear_out(point, base.point, (kept, held), gains)
+    return replace(
+        laws,
+        gains=gains,
+        against=" ".join(filter(None, against)),
+        borne_out=sure,
+        foretold=sure and bool(held),
+        met=not added and constants_are_met(point, (kept, held)),
+    )

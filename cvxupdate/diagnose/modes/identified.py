@@ -14,6 +14,9 @@ from cvxupdate.errors import RecordingError
 from cvxupdate.recordings.types import Channel, FrequencyResponse, ModeTable, TimeHistory
 
 FEWEST = 5  # modes: fewer tell little of what is missing
+SAME = (
+    0.01  # of a frequency: what drives and sensors that weigh make of one mode between recordings
+)
 # The lowest modes that are looked at: ten with their shapes tell kinds and places apart; waves of
 # higher ones are so short that where in an element a lump stands counts, which no candidate says.
 LOWEST = 10
@@ -35,9 +38,9 @@ def identified(
     progress: Progress,
     each: bool = False,
 ) -> list[Identified]:
-    """Of each set of sensors (``each``: of every recording) the modes in ``band`` (Hz), with
-    deviations, where they have any (`cvxupdate.recordings.identify.identify_modes`); none at all
-    where no recording has enough."""
+    """Of each set of sensors (``each``: of every recording, however few) the modes in ``band``
+    (Hz), with deviations, where they have any (`cvxupdate.recordings.identify.identify_modes`);
+    none at all where recordings have too few between them."""
     from cvxupdate.recordings.identify import identify_modes
 
     tables = []
@@ -52,18 +55,35 @@ def identified(
             table = _lowest(found.to_table())
             constants = np.real(found.constants[: len(table.frequency)])
             tables.append(Identified(table, found.references, constants))
-    most = max((len(t.table.frequency) for t in tables), default=0)
     kept = tables if each else _of_each_set(tables)
-    return kept if most >= FEWEST else []
+    return kept if each or _different(kept) >= FEWEST else []
 
 
 def _of_each_set(tables: Sequence[Identified]) -> list[Identified]:
-    """Of each set of sensors the table with most modes: the same modes once more say nothing new
-    of what a model misses of them."""
-    best: dict[frozenset[str], Identified] = {}
+    """Of each set of sensors the table with most modes, and of the others the modes that it lacks
+    (another drive, another axis): the same once more say nothing new of what a model misses."""
+    kept: list[Identified] = []
     for found in sorted(tables, key=lambda t: -len(t.table.frequency)):
-        best.setdefault(frozenset(c.label for c in found.table.channels), found)
-    return list(best.values())
+        labels = {c.label for c in found.table.channels}
+        alike = [k.table for k in kept if {c.label for c in k.table.channels} == labels]
+        known = [f for table in alike for f in table.frequency]
+        again = [k for k, f in enumerate(found.table.frequency) if _near(f, known)]
+        if len(again) < len(found.table.frequency):
+            kept.append(without_rows(found, again))
+    return kept
+
+
+def _different(tables: Sequence[Identified]) -> int:
+    """How many modes they have between them."""
+    seen: list[float] = []
+    for f in sorted(f for own in tables for f in own.table.frequency):
+        if not _near(f, seen[-1:]):
+            seen.append(float(f))
+    return len(seen)
+
+
+def _near(f: float, known: Sequence[float]) -> bool:
+    return any(abs(f - other) <= SAME * other for other in known)
 
 
 def without_rows(found: Identified, rows: Sequence[int]) -> Identified:

@@ -184,6 +184,7 @@ def test_nothing_is_missing_where_the_modes_are_sound_and_no_effect_does_better(
     assert verdict == "consistent" and "modal constants" in says and "0.9 of the response" in says
     assert verdict_of(calm().instead(worse), (), level=True)[0] == "undetermined"
     assert not calm().instead(LEFT_OPEN).sound, "an effect halves what the responses leave"
+    assert calm(met=True).instead(LEFT_OPEN).sound, "and yet held-out constants are the model's"
 
 
 def test_where_the_modes_are_calm_no_sets_are_grown(monkeypatch: pytest.MonkeyPatch) -> None:

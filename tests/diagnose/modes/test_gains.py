@@ -11,7 +11,11 @@ import pytest
 
 from cvxupdate.diagnose.gather import gathered
 from cvxupdate.diagnose.judge.by_modes import ByModes
-from cvxupdate.diagnose.modes.borne_out import constants_are_of, constants_bear_out
+from cvxupdate.diagnose.modes.borne_out import (
+    constants_are_met,
+    constants_are_of,
+    constants_bear_out,
+)
 from cvxupdate.diagnose.modes.complexity import complex_modes, imaginary
 from cvxupdate.diagnose.modes.constants import constants_of
 from cvxupdate.diagnose.modes.evidence import ModesEvidence
@@ -232,3 +236,10 @@ def test_what_is_held_out_must_bear_it_out_too(bar: Bar) -> None:
     held = off(bar.held, {}, 0.5)
     assert constants_are_of(last, wrong, [bar.fitted], ())
     assert not constants_bear_out(last, wrong, ([bar.fitted], [held]), ())
+
+
+def test_constants_are_met_where_those_held_out_are_the_models_too(bar: Bar) -> None:
+    last = bar.evidence.bases[-1].point
+    assert constants_are_met(last, ([bar.fitted], [bar.held]))
+    assert not constants_are_met(last, ([bar.fitted], [])), "nothing was held out"
+    assert not constants_are_met(last, ([bar.fitted], [off(bar.held, {}, 0.5)]))
