@@ -49,11 +49,14 @@ def diagnosed(
     further = Further() if level or drift else evidence.further(last.fit)
     pattern = told_beside(pattern_of(further), judgement)
     findings = (*judgement.findings, *pattern.findings)
-    verdict, says = verdict_of(judgement, pattern.findings, depends, drift, pattern.unsure)
+    open_ = depends and not evidence.foretold
+    verdict, says = verdict_of(judgement, pattern.findings, open_, drift, pattern.unsure)
     lines = [
         *evidence_lines(judgement, change, drift, distortion),
         *telltale_lines(recordings, drift is not None),
     ]
+    if depends and evidence.foretold:
+        lines.append("The laws that the file has foretell that: half of it is left at the most.")
     lines += [*seen.lines(first, judgement), *pattern.lines]
     sham = None
     if first.findings and first.final is not None:

@@ -127,7 +127,7 @@ class Updated:
 
 @dataclass(frozen=True)
 class Damper:
-    """An effect that explains a pattern of damping ratios: its size in units of its parameter with
+    """An effect that explains a pattern of damping: its size in units of its parameter with
     deviation, the strain that it leaves, and at how many ``places`` its type was tried."""
 
     effect: Effect
@@ -153,8 +153,10 @@ class Gain:
 class Further:
     """What the evidence says beside its search: one rate of decay ``alpha`` (1/s, with deviation)
     of all modes, with its probability ``sure``; or the ``strain`` of the pattern of damping ratios
-    of so many ``modes`` against what is ``known`` of them, and what brings it down by more than
-    chance, best first; ``most``: the strain that chance leaves at the worst. Of modes that were
+    of so many ``modes`` against what is ``known`` of them (with that of imaginary parts of shapes,
+    where these are complex beyond chance: how many and their squares, ``turned``), and what brings
+    it down by more than chance, best first; ``most``: the strain of ratios that chance leaves at
+    the worst. Of modes that were
     identified from FRFs, ``gains`` of channels, and what speaks against a model that explains their
     frequencies and shapes (``against``, in words; empty: nothing); whether modal constants, which
     were not fitted, bear that model out (``borne_out``), and of recordings that were held out
@@ -173,3 +175,4 @@ class Further:
     borne_out: bool = False
     foretold: bool = False
     met: bool = False
+    turned: tuple[int, float] = (0, 0.0)

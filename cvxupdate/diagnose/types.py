@@ -145,6 +145,10 @@ class Evidence(Protocol):
         """How the recordings depend on the drive level; None where no two levels compare."""
 
     @property
+    def foretold(self) -> bool:
+        """Whether the file's own laws foretell what changes between levels."""
+
+    @property
     def drift(self) -> str | None:
         """How the structure changed while it was measured, in words; None where it did not, or the
         recordings do not say."""
@@ -277,6 +281,7 @@ class Linear(Timed):
     """What evidence of structures that are linear and stay as they are has no need to say."""
 
     drift: str | None = None
+    foretold = False
 
     def departs(self, fit: Fit) -> str:
         """None: there is but one kind."""

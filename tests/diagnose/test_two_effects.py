@@ -76,12 +76,18 @@ def written(folder: Path, law: str) -> tuple[Path, Truth, int]:
 @pytest.mark.slow
 def test_an_added_mass_and_a_gap(tmp_path: Path) -> None:
     path, truth, node = written(tmp_path, "clearance")
-    found = {f.physics: f for f in diagnose(path).findings}
+    diagnosis = diagnose(path)
+    found = {f.physics: f for f in diagnosis.findings}
     lump, gap = found["added_mass"], found["clearance"]
     assert lump.place.nodes == (node,) and gap.place.nodes == (truth.rows[0] + 1,)
     assert lump.parameters["m"] == pytest.approx(LUMP, rel=0.1)
     assert gap.parameters["gap"] == pytest.approx(truth.sizes["gap"], rel=0.1)
     assert gap.parameters["k"] == pytest.approx(truth.sizes["k"], rel=0.1)
+    again = tmp_path / "updated" / "problem.toml"
+    again.parent.mkdir()
+    assert diagnosis.updated is not None
+    again.write_text(diagnosis.updated.text_in(again.parent))
+    assert diagnose(again).verdict == "consistent", "its own law foretells what the level changes"
 
 
 @pytest.mark.slow

@@ -121,11 +121,11 @@ def better(w: Weighed, before: Weighed, case: Case, further: int = 1) -> bool:
     if _bent(w) and within_mesh(before, case):
         return False
     least = 1.0 / LARGE if explained(before, case) else HALVED
-    halved = w.fit.excess <= least**further * before.fit.excess
+    once = w.fit.excess <= least**further * before.fit.excess
     if evidence.told_by == MOTION and not explained(before, case):
-        halved |= _free_runs_halved(w, before, case)
+        once |= halved(w, before, case)
     enough = information(w.fit, before.fit, w.unknowns - before.unknowns) < -STRONG
-    return halved and enough and _shows(w, before, case)
+    return once and enough and _shows(w, before, case)
 
 
 def _shows(w: Weighed, before: Weighed, case: Case) -> bool:
@@ -149,10 +149,10 @@ def _foretells(w: Weighed, before: Weighed, case: Case) -> bool | None:
     return all(told) if told else None
 
 
-def _free_runs_halved(w: Weighed, before: Weighed, case: Case) -> bool:
-    """Whether free simulation is off by half beyond noise, on what was fitted and on what was held
-    out. The misfit of motion also has lines where nothing was forced, whose noise is only known
-    to within a bound: they may keep it up whatever the law."""
+def halved(w: Weighed, before: Weighed, case: Case) -> bool:
+    """Whether the error beyond noise is half, of what was fitted and of what was held out. The
+    misfit of motion also has lines where nothing was forced, whose noise is only known to within a
+    bound, that of responses those of light resonances: they may keep it up whatever is found."""
     noise = case.evidence.noise
     pairs = [(w.errors.fit, before.errors.fit, noise.fit)]
     if np.isfinite(w.errors.hold_out):

@@ -15,7 +15,7 @@ from functools import cached_property
 import numpy as np
 
 from cvxupdate.diagnose.hypothesis import Figures, Hypothesis, without
-from cvxupdate.diagnose.judge.acceptance import Weighed, better, explained
+from cvxupdate.diagnose.judge.acceptance import Weighed, better, explained, halved, refuted
 from cvxupdate.diagnose.judge.channels import apart, beside, with_gains
 from cvxupdate.diagnose.judge.confidence import standing
 from cvxupdate.diagnose.judge.judge import Judgement, judge
@@ -73,10 +73,24 @@ class ByModes:
     def calm(self) -> bool:
         """Whether the usual scatter explains them, gains of channels aside, and nothing speaks
         against that, time having ended nothing."""
+        return self._scatter and self._undisputed
+
+    @property
+    def damper(self) -> Finding | None:
+        """The damper that damping ratios and imaginary parts of the shapes tell where the usual
+        scatter explains the modes else; None where there is none."""
+        if not self._scatter or self.further.gains:
+            return None
+        return next(iter(pattern_of(self.further).findings), None)
+
+    @property
+    def _scatter(self) -> bool:
+        """Whether the usual scatter explains their frequencies and shapes, time having ended
+        nothing."""
         told = self.told
         if told is None or told.findings or told.case.evidence.unfinished:
             return False
-        return explained(told.case.base, told.case) and self._undisputed
+        return explained(told.case.base, told.case)
 
     @property
     def settled(self) -> bool:
@@ -116,6 +130,9 @@ class ByModes:
         if told is None or explained(judgement.case.base, judgement.case):
             return judgement
         gains = self.further.gains if explained(told.last, told.case) else ()
+        damped = self._damped(judgement)
+        if damped is not None:
+            return damped
         found = with_gains(self._claimed(judgement, told), told.last.hypothesis, gains)
         return found if found.findings else replace(found, sound=self._sound(judgement))
 
@@ -134,6 +151,20 @@ class ByModes:
         case = judgement.case
         tried = (*judgement.several, *judgement.singles)
         return self.further.met or not any(better(w, case.base, case) for w in tried)
+
+    def _damped(self, judgement: Judgement) -> Judgement | None:
+        """With their `damper`, if the responses confirm it: what is beyond noise is halved by it
+        alone, fitted and held out, and it is about as large there."""
+        finding, case = self.damper, judgement.case
+        for w in () if finding is None else judgement.singles:
+            (effect,), (figures,) = w.hypothesis.effects, w.hypothesis.figures
+            here = finding is not None and _same(effect, finding)
+            if not here or refuted(w, case) or not halved(w, case.base, case):
+                continue
+            if finding is not None and _as_large(finding, effect, figures):
+                stands = standing(0, w, judgement.field, case)
+                return judgement.claiming(w, [_both(finding, effect, figures)], [stands])
+        return None
 
     def _claimed(self, judgement: Judgement, told: Judgement) -> Judgement:
         """With what they tell and the responses confirm."""
@@ -197,20 +228,28 @@ class ByModes:
         if not isinstance(told, Judgement):
             return []
         seen, base = told.case.evidence, told.case.base
-        if judgement.findings and not first.findings and not told.findings:
+        claimed = bool(judgement.findings) and not first.findings
+        if claimed and self.damper is not None:
+            return [
+                f"This is told by {LOOKED}: the usual scatter leaves {seen.left(base.errors)}, and "
+                "damping ratios and imaginary parts of the shapes, which damping at a place turns "
+                "against the rest, are those that it makes; the responses confirm it, and its size "
+                "is halfway between what both say."
+            ]
+        if claimed and not told.findings:
             return [
                 f"This is told by the modal constants that were identified from the responses: "
                 "they are off by one factor in all modes, and without it the usual scatter "
                 f"explains them and {LOOKED}."
             ]
-        if judgement.findings and not first.findings and self._as_told(judgement):
+        if claimed and self._as_told(judgement):
             return [
                 f"This is told by {LOOKED}, of which it leaves {seen.left(told.last.errors)}; "
                 "their modal constants, fitted and held out, to which nothing was fitted, bear it "
                 "out. The responses themselves do not tell it: a light resonance is narrower than "
                 "a real structure is near its model."
             ]
-        if judgement.findings and not first.findings:
+        if claimed:
             return [
                 f"This is told by {LOOKED}, of which it leaves {seen.left(told.last.errors)}; the "
                 "responses confirm it, and its size is halfway between what both say. What they "

@@ -68,8 +68,12 @@ def _damper(further: Further) -> Pattern:
     if not dampers:
         return Pattern((), further.lines, unsure=_unexplained(further))
     least = min(d.strain for d in dampers)
-    likely = np.array([np.exp(-0.5 * (d.strain - least)) / max(1, d.places) for d in dampers])
-    nothing = float(np.sqrt(further.modes) * np.exp(-0.5 * (further.strain - least)))
+    figures = further.modes + further.turned[0]
+    wide = max(1.0, least / figures)  # what the best leaves beyond chance, all of them may
+    likely = np.array(
+        [np.exp(-0.5 * (d.strain - least) / wide) / max(1, d.places) for d in dampers]
+    )
+    nothing = float(np.sqrt(figures) * np.exp(-0.5 * (further.strain - least) / wide))
     best = dampers[int(np.argmax(likely))]
     grown = _model_of(best)
     place = best.effect.place
@@ -80,14 +84,14 @@ def _damper(further: Further) -> Pattern:
     ]
     whole = float(likely.sum() + nothing)
     line = (
-        f"The damping ratios depart from {further.known} (sum of squares {further.strain:.3g} "
+        f"{_what(further)} depart from {further.known} (sum of squares {further.strain:.3g} "
         f"in units of their usual scatter, {further.modes} modes); {best.effect.title} brings it "
         f"to {best.strain:.3g}."
     )
     lines = (*further.lines, line)
-    near = [d for d in dampers if d is not best and d.strain <= best.strain + STRONG]
-    if _untold(best, dampers, here) or float(likely[here].sum()) < STATED * whole:
-        unsure = _unsure([best, *near], nothing / whole) or _unexplained(further)
+    near = [d for d in dampers if d is not best and d.strain <= best.strain + STRONG * wide]
+    if _untold(best, dampers, here, wide) or float(likely[here].sum()) < STATED * whole:
+        unsure = _unsure(further, [best, *near], nothing / whole) or _unexplained(further)
         return Pattern((), lines, unsure=unsure)
     (values, spread) = best.effect.reported(
         grown, grown.parameters[-1:], [best.size], [best.deviation]
@@ -103,11 +107,16 @@ def _damper(further: Further) -> Pattern:
     return Pattern((finding,), lines, (grown, best.size))
 
 
-def _untold(best: Damper, dampers: Sequence[Damper], here: Sequence[bool]) -> bool:
+def _what(further: Further) -> str:
+    shapes = " and the imaginary parts of the shapes" if further.turned[0] else ""
+    return f"The damping ratios{shapes}"
+
+
+def _untold(best: Damper, dampers: Sequence[Damper], here: Sequence[bool], wide: float) -> bool:
     """Whether another type of effect elsewhere does as well, so that what was as likely before
     decides alone: a dashpot at the free end of a beam takes from every mode alike, as air does."""
     return any(
-        d.strain <= best.strain + 2.0 * AS_LIKELY and d.effect.physics != best.effect.physics
+        d.strain <= best.strain + 2.0 * AS_LIKELY * wide and d.effect.physics != best.effect.physics
         for d, own in zip(dampers, here, strict=True)
         if not own
     )
@@ -120,23 +129,24 @@ def _model_of(damper: Damper) -> Model:
     return change.model
 
 
-def _unsure(alike: Sequence[Damper], nothing: float) -> str:
+def _unsure(further: Further, alike: Sequence[Damper], nothing: float) -> str:
     """What may be said where no place is likelier than not; empty where nothing may be missing
     either."""
     if nothing >= STATED:
         return ""
     names = listed([d.effect.title for d in alike], NAMED)
     return (
-        "The damping ratios say that something takes out energy which the model has not, but not "
+        f"{_what(further)} say that something takes out energy which the model has not, but not "
         f"what or where: {names} would each do."
     )
 
 
 def _unexplained(further: Further) -> str:
     """What may be said where the ratios scatter by more than chance and nothing explains them."""
-    if further.strain <= further.most:
+    strain = further.strain - further.turned[1]
+    if strain <= further.most:
         return ""
-    times = float(np.sqrt(further.strain / further.modes))
+    times = float(np.sqrt(strain / further.modes))
     return (
         "The model explains the natural frequencies and shapes, but not the damping ratios: they "
         f"depart from {further.known} by {times:.2g} times the usual scatter, r.m.s. of "

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cvxupdate.diagnose.settings import CHANCE, SHAPE_REPEATED, UNSTATED_SHAPE
 from cvxupdate.diagnose.types import Real
@@ -21,20 +22,36 @@ def imaginary(table: ModeTable) -> Real:
     entry, which is 1. Proportional damping leaves none (Caughey 1960)."""
     if table.shapes is None or not np.iscomplexobj(table.shapes):
         return np.zeros((len(table.frequency), len(table.channels)))
-    shapes = table.shapes
-    turn = np.exp(-0.5j * np.angle(np.nansum(shapes**2, axis=1)))
-    std = UNSTATED_SHAPE if table.shape_std is None else table.shape_std
-    off = np.imag(shapes * turn[:, None]) / np.hypot(SHAPE_REPEATED, np.nan_to_num(std))
+    off = np.imag(at_best_phase(table)) / deviations(table)
     return np.asarray(np.where(np.isfinite(off), off, 0.0))
+
+
+def at_best_phase(table: ModeTable) -> NDArray[np.complex128]:
+    """The complex shapes of a table that has some, turned to their best phase."""
+    shapes = np.asarray(table.shapes)
+    turn = np.exp(-0.5j * np.angle(np.nansum(shapes**2, axis=1)))
+    return np.asarray(shapes * turn[:, None])
+
+
+def deviations(table: ModeTable) -> Real:
+    """Of these, (modes, channels)."""
+    std = UNSTATED_SHAPE if table.shape_std is None else np.nan_to_num(table.shape_std)
+    whole = np.broadcast_to(std, (len(table.frequency), len(table.channels)))
+    return np.asarray(np.hypot(SHAPE_REPEATED, whole))
+
+
+def by_chance(off: Real) -> bool:
+    """Whether imaginary parts over their deviations, (n,), are no more than chance makes."""
+    return float(off @ off) <= chi_square_above(1.0 - CHANCE, max(1, len(off)))
 
 
 def complex_modes(tables: Sequence[ModeTable]) -> str:
     """Which modes are complex by more than chance, in words; empty where none are."""
     off = [imaginary(t) for t in tables]
-    squares = np.concatenate([np.zeros(0), *((x**2).sum(axis=1) for x in off)])
-    count = sum(x.size for x in off)
-    if squares.sum() <= chi_square_above(1.0 - CHANCE, max(1, count)):
+    if by_chance(np.concatenate([np.zeros(0), *(x.reshape(-1) for x in off)])):
         return ""
+    squares = np.concatenate([(x**2).sum(axis=1) for x in off])
+    count = sum(x.size for x in off)
     frequencies = np.concatenate([t.frequency for t in tables])
     worst = sorted(np.argsort(-squares)[:NAMED].tolist(), key=lambda i: float(frequencies[i]))
     times = float(np.sqrt(squares.sum() / count))

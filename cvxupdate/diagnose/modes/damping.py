@@ -5,7 +5,9 @@ To first order a mode keeps its shape, and an effect adds φᵀCφ / 2ω + φᵀ
 ratio (Ewins 2000, 2.7). The file's ratios scatter: all of them together, and each by itself
 (`settings.COMMON_DAMPING_STD`, `settings.MODE_DAMPING_STD`). Beside a reference state the ratios
 measured there take their place, and what scatters is what a test repeated would
-(`settings.COMMON_DAMPING_REPEATED`, `settings.DAMPING_REPEATED`).
+(`settings.COMMON_DAMPING_REPEATED`, `settings.DAMPING_REPEATED`). Where shapes were measured as
+complex ones and are so beyond chance, their imaginary parts tell the places apart
+(`cvxupdate.diagnose.modes.turned`).
 """
 
 from __future__ import annotations
@@ -15,8 +17,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from cvxupdate.diagnose.modes.complexity import by_chance
 from cvxupdate.diagnose.modes.kinds import chance_of_one, chi_square
 from cvxupdate.diagnose.modes.tables import Tables
+from cvxupdate.diagnose.modes.turned import Turned, turned_of
 from cvxupdate.diagnose.nominal.damping import file_damping
 from cvxupdate.diagnose.results import Damper, Further
 from cvxupdate.diagnose.settings import (
@@ -135,9 +139,14 @@ def needed_drop(places: int, modes: int) -> float:
     return chi_square_above(2.0 * LUCK / max(1, min(places, modes)), 1)
 
 
-def damping_trials(ratios: Ratios, candidates: Sequence[Effect]) -> tuple[float, list[Damper]]:
-    """(strain of the file's pattern, effects that lower it by more than chance, best first)."""
-    before = float(ratios.strain(np.zeros((1, len(ratios.omega))))[0])
+def damping_trials(
+    ratios: Ratios, candidates: Sequence[Effect], turned: Turned | None = None
+) -> tuple[float, list[Damper]]:
+    """(strain of the file's pattern, effects that lower it by more than chance, best first); where
+    shapes are complex (``turned``), with the squares of their imaginary parts."""
+    off = np.zeros(0) if turned is None else turned.off
+    before = float(ratios.strain(np.zeros((1, len(ratios.omega))))[0] + off @ off)
+    figures = len(ratios.omega) + len(off)
     rates = [(c, ratios.rate(c.change)) for c in candidates if c.change and c.change.tangent[0]]
     able = [(c, g) for c, g in rates if np.any(g > 0.0) and not np.any(g < -1e-12 * g.max())]
     names = [c.physics for c, _ in able]
@@ -147,12 +156,12 @@ def damping_trials(ratios: Ratios, candidates: Sequence[Effect]) -> tuple[float,
         most = min(0.999 * float(np.min(whole)), c.limits[1])
         sizes = most * np.linspace(0.0, 1.0, STEPS + 1)
         strains = ratios.strain(sizes[:, None] * g)
+        x = np.zeros(0) if turned is None or c.change is None else turned.rate(c.change)
+        strains += off @ off - 2.0 * sizes * (off @ x) + sizes**2 * (x @ x)
         k = int(np.argmin(strains))
         if sizes[k] >= c.limits[1]:
             continue  # it would rather be more than it can be
-        if before - strains[k] > max(
-            needed_drop(names.count(c.physics), len(ratios.omega)), HALVED * before
-        ):
+        if before - strains[k] > max(needed_drop(names.count(c.physics), figures), HALVED * before):
             inside = sizes[strains <= strains[k] + 1.0]
             out.append(
                 Damper(
@@ -182,15 +191,25 @@ def damping_laws(
         if law.sure >= STATED:
             return law
         law = replace(law, alpha=None)
-    strain, dampers = damping_trials(ratios, effects(float(np.median(ratios.file))))
+    tried, own = effects(float(np.median(ratios.file))), len(ratios.omega)
+    turned = turned_of(point, tables.measured)
+    turned = None if turned is None or by_chance(turned.off) else turned
+    strain, dampers = damping_trials(ratios, tried, turned)
+    off = np.zeros(0) if turned is None else turned.off
     from_what = "those of the reference" if tables.before else "the file's pattern"
-    modes = len(ratios.omega)
-    most = chi_square(chance_of_one(tables.kinds), modes)
-    if not tables.before and strain > most >= law_strain(ratios):
+    most = chi_square(chance_of_one(tables.kinds), own)
+    if not tables.before and strain - off @ off > most >= law_strain(ratios):
         most = np.inf
         law = law if dampers else replace(law, lines=(*law.lines, OF_ALL))
-    told = tuple(dampers)
-    return replace(law, strain=strain, modes=modes, dampers=told, known=from_what, most=most)
+    return replace(
+        law,
+        strain=strain,
+        modes=own,
+        turned=(len(off), float(off @ off)),
+        dampers=tuple(dampers),
+        known=from_what,
+        most=most,
+    )
 
 
 def law_strain(ratios: Ratios) -> float:

@@ -43,7 +43,7 @@ from cvxupdate.diagnose.responses.updated import updated_model
 from cvxupdate.diagnose.results import Further, Updated
 from cvxupdate.diagnose.screen.projection import Linearised, Projection
 from cvxupdate.diagnose.screen.shortlist import best_of
-from cvxupdate.diagnose.settings import LEVEL_CHANGE, SIMULATED
+from cvxupdate.diagnose.settings import HALVED, LEVEL_CHANGE, SIMULATED
 from cvxupdate.diagnose.shown import Shown
 from cvxupdate.diagnose.types import (
     Errors,
@@ -53,6 +53,7 @@ from cvxupdate.diagnose.types import (
     Score,
     Seed,
 )
+from cvxupdate.fe.internal import is_nonlinear
 from cvxupdate.fe.model import Model
 from cvxupdate.physics import candidates_of
 from cvxupdate.physics.effect import MOTION, Effect
@@ -100,6 +101,17 @@ class MotionEvidence(OfLinear, Timed):
     def depends(self) -> bool:
         """Whether the recordings depend on the level."""
         return (change := self.level_change()) is not None and change.exceeds(LEVEL_CHANGE)
+
+    @cached_property
+    def foretold(self) -> bool:
+        """Whether the file has laws that foretell what changes between levels, fitted and held out,
+        nuisance parameters fitted: half of it is left at the most."""
+        change = self.level_change()
+        if change is None or not is_nonlinear(self.model):
+            return False
+        left = self.between_levels(self.bases[-1])
+        told = [x <= HALVED * change.change for x in (left.fit, left.hold_out) if np.isfinite(x)]
+        return bool(told) and all(told)
 
     @cached_property
     def drift(self) -> str | None:

@@ -278,6 +278,8 @@ class MotionPoint:
         if not self.forces[0].size:
             return given
         unknowns, rates = (guided_rates if self.setting.guided else force_rates)(self)
+        if not len(unknowns):  # laws of the file alone, along a motion that is given
+            return given
         at = 0
         for s in self.setting.signals:
             amounts = self.setting.runs[s.name].decaying(rates[s.name], s.s)

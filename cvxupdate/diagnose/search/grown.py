@@ -43,6 +43,10 @@ class Seen(Protocol):
         need one another are not to be sought in what is left."""
 
     @property
+    def damper(self) -> object | None:
+        """What takes out energy at a place, where nothing else is missing by it."""
+
+    @property
     def settled(self) -> bool:
         """Whether what it tells is all of what it sees, borne out by what nothing was fitted to:
         what these recordings would tell beside is not to be sought in what is left."""
@@ -57,6 +61,7 @@ class Seen(Protocol):
 
 class _Nothing:
     sure = calm = settled = False
+    damper = None
     likely: Sequence[Hypothesis] = ()
 
     def tells(self, h: Hypothesis) -> bool:
@@ -87,7 +92,7 @@ def grown_from(
     """Sets that grow where no single effect comes near, what a rig does ``alone``, and where that
     is not enough what was ``seen``."""
     left = leaves_much(evidence, coarse, alone)
-    if left and seen.calm:
+    if left and (seen.calm or seen.damper is not None):
         return Grown(list(alone), ended=True)
     there = on_these(evidence, seen, progress) if left else []
     if there and seen.settled:

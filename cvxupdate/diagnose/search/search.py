@@ -67,9 +67,10 @@ def damping_only(evidence: Evidence) -> bool:
 
 
 def _by_level(evidence: Evidence) -> bool:
-    """Whether recordings on which laws are tried depend on their level, be it little."""
+    """Whether recordings on which laws are tried depend on their level, be it little, otherwise
+    than by laws of the file."""
     change = evidence.level_change() if evidence.told_by == MOTION else None
-    return change is not None and change.exceeds(LEAST_CHANGE)
+    return change is not None and change.exceeds(LEAST_CHANGE) and not evidence.foretold
 
 
 def names_tried(evidence: Evidence) -> tuple[str, ...]:

@@ -11,6 +11,7 @@ from cvxupdate.diagnose.judge import by_modes as module
 from cvxupdate.diagnose.judge.by_modes import ByModes
 from cvxupdate.diagnose.judge.graded import Graded
 from cvxupdate.diagnose.judge.judge import Judgement, judge
+from cvxupdate.diagnose.judge.pattern import Pattern
 from cvxupdate.diagnose.output.diagnosis import details_of
 from cvxupdate.diagnose.output.wording import verdict_of
 from cvxupdate.diagnose.results import Further, Gain
@@ -312,3 +313,26 @@ def test_what_the_responses_confirm_comes_before_that(monkeypatch: pytest.Monkey
     assert found.findings[0].parameters == {"factor": 1.4}, "halfway between both"
     (line,) = look.lines(LEFT_OPEN, found)
     assert "the responses confirm it" in line
+
+
+def test_a_damper_by_shapes_and_ratios_is_claimed_where_the_responses_confirm_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The usual scatter explains the modes else; the search ends with it."""
+    damped = Pattern(TOLD.findings)
+    monkeypatch.setattr(module, "pattern_of", lambda further: damped)
+    look = calm()
+    assert look.damper is TOLD.findings[0] and not look.calm
+    coarse = [supposed(replace(OPEN, misfit=80.0), B)]
+    assert grown.grown_from(EVIDENCE, coarse, [], look, print).ended  # type: ignore[arg-type]
+    found = look.instead(LEFT_OPEN)
+    (finding,) = found.findings
+    assert finding.parameters == {"factor": 1.4}, "halfway between both"
+    (line,) = look.lines(LEFT_OPEN, found)
+    assert "imaginary parts of the shapes" in line
+    left = (replace(OPEN, errors=Errors(0.35, 0.6)), replace(OPEN, errors=Errors(0.6, 0.3)))
+    for fit in left:  # not halved where it was held out, or where it was fitted
+        assert not look.instead(judged(EVIDENCE, supposed(fit, A))).findings
+    assert not look.instead(judged(EVIDENCE, supposed(OPEN, A, size=2.0))).findings, "four times"
+    assert not look.instead(judged(EVIDENCE, supposed(OPEN, B))).findings
+    assert calm(gains=(Gain("gain", ("n1.x",), 1.2, 0.01, 0.9),)).damper is None
