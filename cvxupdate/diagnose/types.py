@@ -85,16 +85,14 @@ class FiniteSize:
 
 @dataclass(frozen=True)
 class LevelChange:
-    """Relative change of the transfer functions between drive levels, and what noise alone makes
-    of it; ``what`` of them changes, in words."""
+    """Relative change between drive levels, what noise makes of it, and of ``what``, in words."""
 
     change: float
     noise: float
     what: str = "transfer functions"
 
     def exceeds(self, least: float, times: float = LEVEL_NOISE) -> bool:
-        """Whether it is larger than ``least``, and than noise by as much as a dependence on the
-        level must be."""
+        """Whether it is larger than ``least``, and than so many ``times`` its noise."""
         return self.change > least and self.change > times * self.noise
 
 
@@ -228,8 +226,7 @@ class Evidence(Protocol):
         """Whether what a fit leaves is within noise and the allowances."""
 
     def departs(self, fit: Fit) -> str:
-        """Which kind of figures a fit leaves by more than chance although all together are within
-        it, in words; empty where none is."""
+        """Which kind of figures is left by more than chance, in words; empty where none is."""
 
     def clear(self, fit: Fit) -> bool:
         """Whether a fit leaves nothing from which a further effect could be told."""
@@ -280,8 +277,7 @@ class Evidence(Protocol):
 class Linear(Timed):
     """What evidence of structures that are linear and stay as they are has no need to say."""
 
-    drift: str | None = None
-    foretold = False
+    drift, foretold = None, False
 
     def departs(self, fit: Fit) -> str:
         """None: there is but one kind."""

@@ -278,10 +278,8 @@ class MotionPoint:
         if not self.forces[0].size:
             return given
         unknowns, rates = (guided_rates if self.setting.guided else force_rates)(self)
-        if not len(unknowns):  # laws of the file alone, along a motion that is given
-            return given
         at = 0
-        for s in self.setting.signals:
+        for s in self.setting.signals if len(unknowns) else ():  # none: laws of the file alone
             amounts = self.setting.runs[s.name].decaying(rates[s.name], s.s)
             _, rows = self.at_places(s, amounts)
             flat = rows.reshape(-1, len(unknowns))
