@@ -10,7 +10,7 @@ import numpy as np
 
 from cvxupdate.diagnose.fit import Fit, fitted, fitted_at
 from cvxupdate.diagnose.modes.setting import ModesSetting
-from cvxupdate.diagnose.settings import WIDE
+from cvxupdate.diagnose.settings import STRONG, WIDE
 from cvxupdate.diagnose.types import Real
 from cvxupdate.errors import ModelError
 from cvxupdate.fe.block import Index
@@ -69,15 +69,16 @@ def _followed(setting: ModesSetting, start: Real, continued: bool) -> Fit:
 
 
 def paired(setting: ModesSetting, start: Real) -> Fit:
-    """Fitted, and once more with the modes paired anew where that is another pairing: the better
-    one counts, for every hypothesis alike."""
+    """Fitted, and once more with the modes paired anew where that is another pairing: it counts,
+    for every hypothesis alike, where it is strongly favoured. Among frequencies without shapes
+    there is always another mode to take what an effect moves far."""
     found = fitted(setting, start, OPTIONS)
     near = nearest_pairing(found.point)
     same = zip(near.places, found.point.places, strict=True)
     if all(np.array_equal(a, b) for a, b in same):
         return found
-    again = _begun(setting, near)
-    return min(found, fitted(again, found.p, OPTIONS), key=lambda fit: fit.cost)
+    again = fitted(_begun(setting, near), found.p, OPTIONS)
+    return again if found.rows * np.log(max(again.cost, 1e-300) / max(found.cost, 1e-300)) < -STRONG else found
 
 
 def _begun(setting: ModesSetting, at: ModalPoint) -> ModesSetting:
