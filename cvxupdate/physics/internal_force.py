@@ -26,6 +26,7 @@ from cvxupdate.physics.effect import Effect, Planted
 from cvxupdate.physics.facing import facing
 from cvxupdate.physics.growth import dof_rows, new_ids
 from cvxupdate.physics.place import ROTATIONS, TRANSLATIONS, Place
+from cvxupdate.physics.storeys import storeys
 
 SLIDERS = 5  # of an Iwan joint: straight pieces that are within 3 % of the limit of its curve
 FEW_ENDS = 12  # DOFs that springs join: up to so many, every pair of them is a place
@@ -184,14 +185,15 @@ def spread(chi: float) -> dict[str, Real]:
 def places(context: SearchContext) -> list[tuple[tuple[int, ...], Place]]:
     """(DOF rows, place) where a law can act: every free translation against ground, and every
     rotation that springs or dashpots are about; between the ends of springs along or about one
-    direction, every pair of them where they are few; between nodes of parts that face each
-    other."""
+    direction, every pair of them where they are few; between nodes of parts that face each other,
+    and across the members of a frame between their corners."""
     model = context.model
     rows = dof_rows(model, TRANSLATIONS)
     out: list[tuple[tuple[int, ...], Place]] = [
         ((row,), Place(nodes=(node,), dof=kind)) for row, node, kind in rows
     ]
     rows_of = {(node, kind): row for row, node, kind in rows}
+    corners = storeys(model)
     across = [tuple(int(model.node_ids[n]) for n in pair) for pair in facing(model)]
     for kind in (*TRANSLATIONS, *ROTATIONS):
         ends: set[int] = set()
@@ -208,7 +210,7 @@ def places(context: SearchContext) -> list[tuple[tuple[int, ...], Place]]:
         pairs = set(joined)
         if len(ends) <= FEW_ENDS:
             pairs |= {p for p in combinations(sorted(ends), 2) if p[::-1] not in joined}
-        for one, two in across:
+        for one, two in (*across, *((a, b) for a, b, way in corners if way == kind)):
             if (one, kind) in rows_of and (two, kind) in rows_of:
                 p = rows_of[one, kind], rows_of[two, kind]
                 pairs |= set() if p in pairs or p[::-1] in pairs else {p}

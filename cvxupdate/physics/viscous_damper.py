@@ -18,6 +18,7 @@ from cvxupdate.physics.effect import RATIOS, RESPONSES, Effect, EffectType, Mode
 from cvxupdate.physics.growth import at_once, dof_rows, small_block, with_block
 from cvxupdate.physics.place import TRANSLATIONS, Place, at, capital
 from cvxupdate.physics.quantity import physical
+from cvxupdate.physics.storeys import storeys
 from cvxupdate.physics.units import damper_unit, quantity
 
 LIMITS = (0.0, 1e5)
@@ -44,11 +45,16 @@ class ViscousDamper(EffectType):
     writers = (("dashpot", write),)
 
     def candidates(self, context: SearchContext) -> list[Effect]:
-        """To ground at every free translation, and across every spring (two-node elements that act
-        along one DOF)."""
+        """To ground at every free translation, across every spring (two-node elements that act
+        along one DOF), and across the members of a frame between their corners."""
         model = context.model
-        at_nodes = [((row,), kind) for row, _, kind in dof_rows(model, TRANSLATIONS)]
+        free = dof_rows(model, TRANSLATIONS)
+        at_nodes = [((row,), kind) for row, _, kind in free]
         across = [((a, b), kind) for a, b, kind in neighbours(model)]
+        row_of = {(node, kind): row for row, node, kind in free}
+        for a, b, kind in storeys(model):
+            ends = row_of.get((a, kind), -1), row_of.get((b, kind), -1)
+            across += [(ends, kind)] if min(ends) >= 0 and (ends, kind) not in across else []
         return [self._one(context, rows, kind) for rows, kind in (*at_nodes, *across)]
 
     def _one(self, context: SearchContext, rows: tuple[int, ...], kind: str) -> Effect:

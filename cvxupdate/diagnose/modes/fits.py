@@ -78,7 +78,11 @@ def paired(setting: ModesSetting, start: Real) -> Fit:
     if all(np.array_equal(a, b) for a, b in same):
         return found
     again = fitted(_begun(setting, near), found.p, OPTIONS)
-    return again if found.rows * np.log(max(again.cost, 1e-300) / max(found.cost, 1e-300)) < -STRONG else found
+    return (
+        again
+        if found.rows * np.log(max(again.cost, 1e-300) / max(found.cost, 1e-300)) < -STRONG
+        else found
+    )
 
 
 def _begun(setting: ModesSetting, at: ModalPoint) -> ModesSetting:

@@ -78,3 +78,11 @@ def test_the_beginnings_alone_are_compared(opened, evidence, monkeypatch) -> Non
     assert early.budget is evidence.budget, "it is one diagnosis"
     monkeypatch.setattr(OWN, "followed_part", lambda evidence: 1.0)
     assert foretold(evidence, again, silent)[0] is evidence
+
+
+def test_a_beginning_that_a_linear_model_explains_tells_no_law(opened, evidence, monkeypatch):
+    """Sweeps begin below resonance, where any law follows: what comes later was thrown away."""
+    linear = SimpleNamespace(depends=True, bases=[SimpleNamespace(misfit=EXPLAINED)])
+    monkeypatch.setattr(OWN, "followed_part", lambda evidence: 0.25)
+    found, says = foretold(evidence, lambda *_: linear, lambda text: None)
+    assert found is evidence and says == ""
