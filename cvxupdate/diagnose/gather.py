@@ -76,7 +76,8 @@ def gathered(
         raise InputError(f'{spec.path}: diagnose needs a recording with use = "fit". Add one.')
     usable = responses_of(recordings)
     if any(r.origin.use == "fit" for r in usable):
-        found = _responses(spec, model, usable, progress, reference, budget or Budget())
+        beside = [] if reference else [t for t in tables_of(recordings) if t.origin.use == "fit"]
+        found = _responses(spec, model, usable, beside, progress, reference, budget or Budget())
         return replace(found, came=file) if isinstance(found, ResponseEvidence) else found
     of_reference = None if reference is None else (reference.file, tables_of(reference.recordings))
     tables, sought = tables_of(recordings), _sought(spec)
@@ -107,10 +108,13 @@ def _responses(
     spec: Spec,
     model: Model,
     recordings: Sequence[FrequencyResponse | TimeHistory],
+    beside: Sequence[ModeTable],
     progress: Progress,
     reference: Reference | None,
     budget: Budget,
 ) -> Evidence:
+    """``beside``: tables of modes of the same structure, which are looked at with those in the
+    responses."""
     names = _names(spec, RESPONSES)
     file = None if reference is None else reference.file
     plain = prepare(recordings)
@@ -121,7 +125,7 @@ def _responses(
             [r for r in recordings if (r.origin.use == "fit") == use] for use in (True, False)
         )
         seen = identified(fitted, band, progress)
-        tables = [s.table for s in seen]
+        tables = [*(s.table for s in seen), *beside]
         # more modes than a model has DOFs: what else is in these responses is no mode of it
         if not tables or max(len(t.frequency) for t in tables) > model.size:
             return None

@@ -4,6 +4,7 @@ beam, which move against each other across it."""
 from __future__ import annotations
 
 from collections import Counter
+from itertools import pairwise
 
 import numpy as np
 
@@ -23,7 +24,7 @@ def storeys(model: Model) -> list[tuple[int, int, str]]:
     out = []
     for line in lines:
         corners = [n for n in line.nodes if n and meet[n] > 1]
-        for a, b in zip(corners, corners[1:], strict=False):
+        for a, b in pairwise(corners):
             axis = model.xyz[at[b]] - model.xyz[at[a]]
             cosines = np.abs(axis) / max(float(np.linalg.norm(axis)), 1e-300)
             out += [(a, b, k) for k, c in zip(TRANSLATIONS, cosines, strict=True) if c < ALONG]

@@ -12,10 +12,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-import numpy as np
-
-from cvxupdate.diagnose.hypothesis import Figures, Hypothesis, without
+from cvxupdate.diagnose.hypothesis import Hypothesis, without
 from cvxupdate.diagnose.judge.acceptance import Weighed, better, explained, halved, refuted
+from cvxupdate.diagnose.judge.agreement import as_large, both, needed, same
 from cvxupdate.diagnose.judge.channels import apart, beside, with_gains
 from cvxupdate.diagnose.judge.confidence import standing
 from cvxupdate.diagnose.judge.judge import Judgement, judge
@@ -26,9 +25,8 @@ from cvxupdate.diagnose.judge.soundness import sound
 from cvxupdate.diagnose.results import Finding, Further
 from cvxupdate.diagnose.search.grown import carried
 from cvxupdate.diagnose.search.search import Found, search
-from cvxupdate.diagnose.settings import CUT_SHORT, HALVED, MOST_SURE, STAYING
+from cvxupdate.diagnose.settings import CUT_SHORT, MOST_SURE, STAYING
 from cvxupdate.diagnose.types import Evidence, Progress
-from cvxupdate.physics.effect import Effect
 
 LOOKED = "the natural frequencies and mode shapes identified from the responses"
 
@@ -121,7 +119,7 @@ class ByModes:
         told = self.told
         if told is None or not told.findings:
             return False
-        return all(any(_same(e, f) for e in h.effects) for f in told.findings)
+        return all(any(same(e, f) for e in h.effects) for f in told.findings)
 
     def instead(self, judgement: Judgement) -> Judgement:
         """Of a judgement that claims nothing what they tell and its hypotheses confirm; else what
@@ -158,12 +156,12 @@ class ByModes:
         finding, case = self.damper, judgement.case
         for w in () if finding is None else judgement.singles:
             (effect,), (figures,) = w.hypothesis.effects, w.hypothesis.figures
-            here = finding is not None and _same(effect, finding)
+            here = finding is not None and same(effect, finding)
             if not here or refuted(w, case) or not halved(w, case.base, case):
                 continue
-            if finding is not None and _as_large(finding, effect, figures):
+            if finding is not None and as_large(finding, effect, figures):
                 stands = standing(0, w, judgement.field, case)
-                return judgement.claiming(w, [_both(finding, effect, figures)], [stands])
+                return judgement.claiming(w, [both(finding, effect, figures)], [stands])
         return None
 
     def _claimed(self, judgement: Judgement, told: Judgement) -> Judgement:
@@ -195,8 +193,8 @@ class ByModes:
         if h is None or bare is None or not told.findings:
             return None
         if not self.further.foretold:
-            both = (beside(case, x, self.further.gains) for x in (h, bare))
-            with_it, without_it = (apart(case.evidence, x) for x in both)
+            pair = (beside(case, x, self.further.gains) for x in (h, bare))
+            with_it, without_it = (apart(case.evidence, x) for x in pair)
             if with_it >= without_it:
                 return None
         return judgement.claiming(case.weighed(h), told.findings, told.standings)
@@ -206,20 +204,19 @@ class ByModes:
         was fitted and what was held out speak for; None where there is none."""
         case = judgement.case
         tried = (*judgement.several, *judgement.singles)
-        both = [w for w in tried if self.tells(w.hypothesis) and better(w, case.base, case)]
-        return min(both, key=lambda w: w.hypothesis.penalised, default=None)
+        whole = [w for w in tried if self.tells(w.hypothesis) and better(w, case.base, case)]
+        return min(whole, key=lambda w: w.hypothesis.penalised, default=None)
 
     def _here(self, final: Weighed) -> tuple[Finding, ...]:
         """What the modes tell that the responses have as well, about as large, and cannot do
-        without: with it taken out, twice as much is left."""
+        without: with it taken out, twice as much is left, fitted or held out."""
         told, h = self.told, final.hypothesis
         out = []
         for finding in () if told is None else told.findings:
-            k = next(k for k, e in enumerate(h.effects) if _same(e, finding))
+            k = next(k for k, e in enumerate(h.effects) if same(e, finding))
             rest = without(self.evidence, h, k)
-            needed = rest is None or HALVED * rest.fit.excess >= final.fit.excess
-            if needed and _as_large(finding, h.effects[k], h.figures[k]):
-                out.append(_both(finding, h.effects[k], h.figures[k]))
+            if needed(self.evidence, rest, final) and as_large(finding, h.effects[k], h.figures[k]):
+                out.append(both(finding, h.effects[k], h.figures[k]))
         return tuple(out)
 
     def lines(self, first: Judgement, judgement: Judgement) -> list[str]:
@@ -268,31 +265,3 @@ class ByModes:
         """Whether what is claimed is what they tell, as they tell it."""
         said = [] if self.told is None else [f.says for f in self.told.findings]
         return self.further.borne_out and any(f.says in said for f in judgement.findings)
-
-
-def _same(effect: Effect, finding: Finding) -> bool:
-    """The same at one place, in whatever form."""
-    return (effect.physics, effect.place) == (finding.physics, finding.place)
-
-
-def _as_large(finding: Finding, effect: Effect, figures: Figures) -> bool:
-    """Whether its size on the responses is that by the modes, to within a half of it: else it is
-    two things, or none."""
-    name = effect.figures[0].name
-    there, here = finding.parameters[name], figures.values[name]
-    return abs(here - there) <= HALVED * max(abs(here), abs(there))
-
-
-def _both(finding: Finding, effect: Effect, figures: Figures) -> Finding:
-    """A finding with figures halfway between the two looks, and half of what these differ by in
-    their deviations: each errs in its own way. As the modes have it where the responses have it in
-    another form (a stretch that ends within elements), whose figures are not the same."""
-    if figures.values.keys() != finding.parameters.keys():
-        return finding
-    values, deviations = dict(finding.parameters), dict(finding.deviations)
-    for name in values:
-        apart = 0.5 * (figures.values[name] - values[name])
-        values[name] += apart
-        deviations[name] = float(np.hypot(deviations[name], apart))
-    says = effect.says(values)
-    return replace(finding, parameters=values, deviations=deviations, says=says)

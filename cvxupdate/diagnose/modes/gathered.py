@@ -47,9 +47,9 @@ def modes_evidence(
     later: Callable[[], Sequence[Identified]] = tuple,
 ) -> ModesEvidence:
     """Of ``tables``, in the order of the file; ``reference``: the model as it came and the tables
-    of the reference state to which it was brought; ``seen``: these tables as they were identified
-    from FRFs: sensors may stand beside their nodes, and channels have another gain; ``later``: what
-    FRFs that are held out say of that."""
+    of the reference state to which it was brought; ``seen``: the first of these tables as they were
+    identified from FRFs: sensors may stand beside their nodes, and channels have another gain;
+    ``later``: what FRFs that are held out say of that."""
     top = max(float(t.frequency.max()) for t in tables)
     fine = PLAIN if reference else mesh_for(spec, model, top, SHEAR in sought.names)
     start = undamped(fine.on(model))
@@ -89,7 +89,7 @@ def modes_evidence(
     base = whole.bases[-1]
     odd = None if whole.explained(base, whole.errors(base)) else suspect(base.point, seen)
     if odd is not None:
-        tables = [without_shapes_at(own, odd) for own in seen]
+        tables = [*(without_shapes_at(own, odd) for own in seen), *tables[len(seen) :]]
         whole = evidence(tables)
     return _known(evidence, whole, tables, None if reference is None else reference[1])
 
