@@ -104,6 +104,30 @@ def _sought(spec: Spec) -> Sought:
     return Sought(_names(spec, MODES), _names(spec, RATIOS))
 
 
+def _by_modes(
+    spec: Spec,
+    model: Model,
+    recordings: Sequence[FrequencyResponse | TimeHistory],
+    beside: Sequence[ModeTable],
+    progress: Progress,
+    budget: Budget,
+    band: tuple[float, float],
+) -> Evidence | None:
+    """What the modes in responses tell that are in a band (Hz), with tables ``beside``; None where
+    there are none."""
+    fitted, held = (
+        [r for r in recordings if (r.origin.use == "fit") == use] for use in (True, False)
+    )
+    seen = identified(fitted, band, progress)
+    tables = [*(s.table for s in seen), *beside]
+    # more modes than a model has DOFs: what else is in these responses is no mode of it
+    if not tables or max(len(t.frequency) for t in tables) > model.size:
+        return None
+    part, sought = budget.rest(LOOK), _sought(spec)
+    later = partial(identified, held, band, progress, each=True)
+    return modes_evidence(spec, model, tables, sought, progress, part, seen=seen, later=later)
+
+
 def _responses(
     spec: Spec,
     model: Model,
@@ -120,18 +144,7 @@ def _responses(
     plain = prepare(recordings)
     simulated = slightly(level_change(plain.sharp)) or is_nonlinear(model)
 
-    def modal(band: tuple[float, float]) -> Evidence | None:
-        fitted, held = (
-            [r for r in recordings if (r.origin.use == "fit") == use] for use in (True, False)
-        )
-        seen = identified(fitted, band, progress)
-        tables = [*(s.table for s in seen), *beside]
-        # more modes than a model has DOFs: what else is in these responses is no mode of it
-        if not tables or max(len(t.frequency) for t in tables) > model.size:
-            return None
-        part, sought = budget.rest(LOOK), _sought(spec)
-        later = partial(identified, held, band, progress, each=True)
-        return modes_evidence(spec, model, tables, sought, progress, part, seen=seen, later=later)
+    modal = partial(_by_modes, spec, model, recordings, beside, progress, budget)
 
     def evidence(data: Data, corners: bool = True) -> ResponseEvidence:
         # what a model misses of its reference, mesh included, it misses of the other state too
