@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-import scipy.linalg as la
+from scipy.linalg.lapack import dsyevd
 
 from cvxupdate.errors import ModelError
 from cvxupdate.fe.elements.base import Real
@@ -136,7 +136,7 @@ class _Lanczos:
 
     def _ritz(self, most: int | None = None) -> tuple[Real, Real]:
         """The eigenvalues of T that are largest in magnitude, and its vectors (k, most)."""
-        values, Y = la.eigh(self._T[: self._width, : self._width])
+        values, Y, _ = dsyevd(self._T[: self._width, : self._width])
         order = np.argsort(-np.abs(values))[: most or self._count]
         return values[order], Y[:, order]
 
