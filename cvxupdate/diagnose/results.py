@@ -10,13 +10,24 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from cvxupdate.diagnose.settings import AS_LIKELY
+from cvxupdate.diagnose.settings import AS_LIKELY, LEAST_SIZE
 from cvxupdate.fe.model import Model
 from cvxupdate.physics.effect import Effect
 from cvxupdate.physics.fault import Fault
-from cvxupdate.physics.place import Place
+from cvxupdate.physics.place import Place, listed
 
 Real = NDArray[np.float64]
+
+
+def in_words(effect: Effect, values: Mapping[str, float], deviations: Mapping[str, float]) -> str:
+    """What an effect says, and which of several figures it does not tell: those that are less than
+    twice their deviations."""
+    vague = [n for n, x in values.items() if abs(x) < LEAST_SIZE * deviations.get(n, 0.0)]
+    if len(values) < 2 or not vague:
+        return effect.says(values)
+    return (
+        f"{effect.says(values)} ({listed(vague)} {'is' if len(vague) == 1 else 'are'} hardly told.)"
+    )
 
 
 @dataclass(frozen=True)
@@ -65,7 +76,7 @@ class Finding:
             confidence,
             explains,
             equivalent,
-            effect.says(values),
+            in_words(effect, values, spread),
         )
 
     @property

@@ -8,7 +8,7 @@ import numpy as np
 
 from cvxupdate.diagnose.hypothesis import Figures, Hypothesis
 from cvxupdate.diagnose.judge.acceptance import Weighed
-from cvxupdate.diagnose.results import Finding
+from cvxupdate.diagnose.results import Finding, in_words
 from cvxupdate.diagnose.settings import HALVED
 from cvxupdate.diagnose.types import Evidence
 from cvxupdate.physics.effect import Effect
@@ -46,5 +46,5 @@ def both(finding: Finding, effect: Effect, figures: Figures) -> Finding:
         apart = 0.5 * (figures.values[name] - values[name])
         values[name] += apart
         deviations[name] = float(np.hypot(deviations[name], apart))
-    says = effect.says(values)
+    says = in_words(effect, values, deviations)
     return replace(finding, parameters=values, deviations=deviations, says=says)

@@ -25,7 +25,7 @@ from cvxupdate.diagnose.judge.soundness import sound
 from cvxupdate.diagnose.results import Finding, Further
 from cvxupdate.diagnose.search.grown import carried
 from cvxupdate.diagnose.search.search import Found, search
-from cvxupdate.diagnose.settings import CUT_SHORT, MOST_SURE, STAYING
+from cvxupdate.diagnose.settings import CUT_SHORT, EXPLAINED, MOST_SURE, STAYING
 from cvxupdate.diagnose.types import Evidence, Progress
 
 LOOKED = "the natural frequencies and mode shapes identified from the responses"
@@ -72,6 +72,11 @@ class ByModes:
         """Whether the usual scatter explains them, gains of channels aside, and nothing speaks
         against that, time having ended nothing."""
         return self._scatter and self._undisputed
+
+    @property
+    def met(self) -> bool:
+        """Whether modal constants, held out too, are then those of the model as well."""
+        return self.calm and self.further.met and not self.further.gains
 
     @property
     def damper(self) -> Finding | None:
@@ -123,7 +128,11 @@ class ByModes:
 
     def instead(self, judgement: Judgement) -> Judgement:
         """Of a judgement that claims nothing what they tell and its hypotheses confirm; else what
-        all that is likely by them has in common."""
+        all that is likely by them has in common. Where they lack nothing (`met`), what responses
+        claim has to explain all that these have: sensors beside their nodes are like an effect."""
+        if judgement.findings and judgement.last.fit.misfit > EXPLAINED:
+            looked = isinstance(self.__dict__.get("told"), Judgement)
+            judgement = judgement.claiming_nothing() if looked and self.met else judgement
         told = None if judgement.findings else self.told
         if told is None or explained(judgement.case.base, judgement.case):
             return judgement
@@ -148,7 +157,7 @@ class ByModes:
             return False
         case = judgement.case
         tried = (*judgement.several, *judgement.singles)
-        return self.further.met or not any(better(w, case.base, case) for w in tried)
+        return self.met or not any(better(w, case.base, case) for w in tried)
 
     def _damped(self, judgement: Judgement) -> Judgement | None:
         """With their `damper`, if the responses confirm it: what is beyond noise is halved by it

@@ -27,7 +27,7 @@ from cvxupdate.diagnose.judge.jumble import jumbled
 from cvxupdate.diagnose.judge.middle import in_the_middle
 from cvxupdate.diagnose.judge.posterior import log_odds, rivals
 from cvxupdate.diagnose.judge.soundness import said_plainly, sound
-from cvxupdate.diagnose.results import Finding
+from cvxupdate.diagnose.results import Finding, in_words
 from cvxupdate.diagnose.search.race import refitted
 from cvxupdate.diagnose.search.search import Found, damping_only
 from cvxupdate.diagnose.settings import STATED
@@ -66,6 +66,10 @@ class Judgement:
             standings=tuple(standings),
             graded=None,
         )
+
+    def claiming_nothing(self) -> Judgement:
+        """The same without findings."""
+        return replace(self, single=None, final=None, findings=(), standings=(), graded=None)
 
     @property
     def last(self) -> Weighed:
@@ -212,19 +216,19 @@ def _findings(
         same = equivalents(effect, h, [w.hypothesis for w in near])
         alike = case.evidence.alike(final.fit, effect)
         untold = standings[k].untold
+        pairs = [(w.hypothesis, b) for w, b in zip(near, behind, strict=True)]
+        spread = spread_over(k, h, alike, pairs)
         finding = Finding(
             effect.physics,
             effect.place,
             effect.title,
             figures.values,
-            spread_over(
-                k, h, alike, [(w.hypothesis, b) for w, b in zip(near, behind, strict=True)]
-            ),
+            spread,
             figures.noise,
             standings[k].confidence,
             parts[k],
             (*(e for e, _ in same), *untold),
-            effect.says(figures.values),
+            in_words(effect, figures.values, spread),
             (*(behind[i] for _, i in same), *(1.0 for _ in untold)),
         )
         out.append(finding)

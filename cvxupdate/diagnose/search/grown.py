@@ -43,6 +43,10 @@ class Seen(Protocol):
         need one another are not to be sought in what is left."""
 
     @property
+    def met(self) -> bool:
+        """Whether what nothing was fitted to is, besides, as it would be with nothing missing."""
+
+    @property
     def damper(self) -> object | None:
         """What takes out energy at a place, where nothing else is missing by it."""
 
@@ -60,7 +64,7 @@ class Seen(Protocol):
 
 
 class _Nothing:
-    sure = calm = settled = False
+    sure = calm = settled = met = False
     damper = None
     likely: Sequence[Hypothesis] = ()
 
@@ -92,7 +96,8 @@ def grown_from(
     """Sets that grow where no single effect comes near, what a rig does ``alone``, and where that
     is not enough what was ``seen``."""
     left = leaves_much(evidence, coarse, alone)
-    if left and (seen.calm or seen.damper is not None):
+    open_ = bool(coarse) and coarse[0].fit.misfit > EXPLAINED
+    if (left and (seen.calm or seen.damper is not None)) or (open_ and seen.met):
         return Grown(list(alone), ended=True)
     there = on_these(evidence, seen, progress) if left else []
     if there and seen.settled:

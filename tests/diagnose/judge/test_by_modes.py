@@ -336,3 +336,19 @@ def test_a_damper_by_shapes_and_ratios_is_claimed_where_the_responses_confirm_it
     assert not look.instead(judged(EVIDENCE, supposed(OPEN, A, size=2.0))).findings, "four times"
     assert not look.instead(judged(EVIDENCE, supposed(OPEN, B))).findings
     assert calm(gains=(Gain("gain", ("n1.x",), 1.2, 0.01, 0.9),)).damper is None
+
+
+def test_where_nothing_is_missing_a_claim_has_to_explain_all_that_is_left() -> None:
+    """Sensors beside their nodes are like an effect: the search ends, and what leaves more than
+    noise and tolerance is not claimed."""
+    coarse = [supposed(replace(OPEN, misfit=2.0), B)]
+    ended = grown.grown_from(EVIDENCE, coarse, [], calm(met=True), print)  # type: ignore[arg-type]
+    assert ended.ended and not calm().met
+    half = replace(GOOD, misfit=1.5, errors=Errors(0.01, 0.01))
+    claimed = judged(EVIDENCE, supposed(half, B))
+    assert claimed.findings
+    found = calm(met=True).instead(claimed)
+    assert not found.findings and found.final is None and found.sound
+    assert calm().instead(claimed) is claimed
+    all_of_it = judged(EVIDENCE, supposed(replace(half, misfit=1.0), B))
+    assert calm(met=True).instead(all_of_it) is all_of_it
