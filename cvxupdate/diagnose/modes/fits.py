@@ -69,20 +69,25 @@ def _followed(setting: ModesSetting, start: Real, continued: bool) -> Fit:
 
 
 def paired(setting: ModesSetting, start: Real) -> Fit:
-    """Fitted, and once more with the modes paired anew where that is another pairing: it counts,
-    for every hypothesis alike, where it is strongly favoured. Among frequencies without shapes
-    there is always another mode to take what an effect moves far."""
+    """Fitted, and once more with the modes paired anew where that is another pairing: the better
+    one counts, for every hypothesis alike; one that passes over more of the model's modes has to be
+    strongly favoured, for there is always another that takes what an effect moves far."""
     found = fitted(setting, start, OPTIONS)
     near = nearest_pairing(found.point)
     same = zip(near.places, found.point.places, strict=True)
     if all(np.array_equal(a, b) for a, b in same):
         return found
     again = fitted(_begun(setting, near), found.p, OPTIONS)
-    return (
-        again
-        if found.rows * np.log(max(again.cost, 1e-300) / max(found.cost, 1e-300)) < -STRONG
-        else found
-    )
+    gain = found.rows * np.log(max(found.cost, 1e-300) / max(again.cost, 1e-300))
+    least = STRONG if passed_over(again.point) > passed_over(found.point) else 0.0
+    return again if gain > least else found
+
+
+def passed_over(point: ModalPoint) -> int:
+    """How many of the model's flexible modes below the highest that is paired have no partner."""
+    used = np.unique(np.concatenate(point.places[: len(point.residual.fit)]))
+    used = used[used >= point.modes.rigid]
+    return int(used[-1] + 1 - point.modes.rigid - len(used)) if len(used) else 0
 
 
 def _begun(setting: ModesSetting, at: ModalPoint) -> ModesSetting:
