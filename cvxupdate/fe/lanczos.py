@@ -61,7 +61,7 @@ class _Lanczos:
         self._solve, self._inertia = solve, inertia
         self._size, self._count, self._together = size, count, together
         self._random = np.random.default_rng(0)
-        most = max(min(size, WIDE * (count + together)), count + together)
+        most = min(size, WIDE * (count + together)) + together
         # columns as they come lie together
         self._Q, self._T = np.empty((size, most), order="F"), np.zeros((most, most))
         self._width = 0
@@ -88,7 +88,7 @@ class _Lanczos:
 
     def restart(self) -> None:
         """Reduces the basis to the half that belongs to the largest eigenvalues."""
-        values, Y = self._ritz(len(self._T) // 2)
+        values, Y = self._ritz(max(len(self._T) // 2, self._count))
         self._Q[:, : len(values)] = self._taken(values, Y)[1]
         self._T[:] = 0.0
         self._width, self._near = len(values), 0

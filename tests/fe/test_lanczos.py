@@ -61,6 +61,12 @@ def test_fewer_where_there_are_no_more():
     assert x.shape == (35, 5)
 
 
+def test_nearly_all_of_a_small_one():
+    theta = 1.0 / np.arange(1.0, 31.0)
+    values, _ = found(*pencil(theta, np.random.default_rng(5)), 25)
+    assert np.allclose(values, theta[:25], rtol=1e-9)
+
+
 def test_a_basis_that_is_full_is_reduced(monkeypatch):
     """Eigenvalues that lie close together take more columns than the basis may have."""
     from cvxupdate.fe import lanczos

@@ -192,7 +192,8 @@ def damping_laws(
             return law
         law = replace(law, alpha=None)
     tried, own = effects(float(np.median(ratios.file))), len(ratios.omega)
-    turned = turned_of(point, tables.measured)
+    # a reference's shapes may be as complex, and are not known here
+    turned = None if tables.before else turned_of(point, tables.measured)
     turned = None if turned is None or by_chance(turned.off) else turned
     strain, dampers = damping_trials(ratios, tried, turned)
     off = np.zeros(0) if turned is None else turned.off
