@@ -17,6 +17,7 @@ from cvxupdate.diagnose.output.diagnosis import (
 )
 from cvxupdate.diagnose.output.evidence_words import evidence_lines
 from cvxupdate.diagnose.output.export import updated_problem, with_damping
+from cvxupdate.diagnose.output.one_body import one_body_lines
 from cvxupdate.diagnose.output.telltale_words import distorted, telltale_lines
 from cvxupdate.diagnose.output.wording import nonlinear, verdict_of
 from cvxupdate.diagnose.results import Further
@@ -58,6 +59,7 @@ def diagnosed(
     if depends and evidence.foretold:
         lines.append("The laws that the file has foretell that: half of it is left at the most.")
     lines += [*seen.lines(first, judgement), *pattern.lines]
+    lines += one_body_lines(findings, evidence.model)
     sham = None
     if first.findings and first.final is not None:
         sham = placebo(first.final, found, first.case)
