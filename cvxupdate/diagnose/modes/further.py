@@ -8,6 +8,7 @@ from dataclasses import replace
 from cvxupdate.diagnose.fit import Fit
 from cvxupdate.diagnose.modes.borne_out import constants_are_met, constants_bear_out
 from cvxupdate.diagnose.modes.complexity import complex_modes
+from cvxupdate.diagnose.modes.constants import beside, constants_of
 from cvxupdate.diagnose.modes.damping import Candidates, damping_laws
 from cvxupdate.diagnose.modes.gains import as_it_may_be, gains_of, not_gainsaid
 from cvxupdate.diagnose.modes.identified import without_rows
@@ -29,7 +30,9 @@ def further_of(
     kept = [without_rows(own, sorted(tables.gone.get(k, ()))) for k, own in enumerate(tables.seen)]
     against = (*tables.left_out, complex_modes([own.table for own in kept]))
     gains = gains_of(point, kept, as_it_may_be(last, known))
-    held, added = tables.later(), len(last.p) > known
+    later, added = tables.later(), len(last.p) > known
+    # too few modes to compare say nothing
+    held = later if later and constants_of(beside(point, later), later) is not None else ()
     gains = not_gainsaid(gains, point, held)
     sure = added and constants_bear_out(point, base.point, (kept, held), gains)
     return replace(
