@@ -63,6 +63,7 @@ class Finding:
         noise: Mapping[str, float] | None = None,
         explains: float = 1.0,
         equivalent: tuple[Effect, ...] = (),
+        behind: tuple[float, ...] = (),
     ) -> Finding:
         """An effect with its figures as found, in its own words; ``spread``: their deviations, of
         noise alone (``noise``) the same where none are given."""
@@ -77,6 +78,7 @@ class Finding:
             explains,
             equivalent,
             in_words(effect, values, spread),
+            behind,
         )
 
     @property
@@ -167,11 +169,11 @@ class Further:
     of so many ``modes`` against what is ``known`` of them (with that of imaginary parts of shapes,
     where these are complex beyond chance: how many and their squares, ``turned``), and what brings
     it down by more than chance, best first; ``most``: the strain of ratios that chance leaves at
-    the worst. Of modes that were
-    identified from FRFs, ``gains`` of channels, and what speaks against a model that explains their
-    frequencies and shapes (``against``, in words; empty: nothing); whether modal constants, which
-    were not fitted, bear that model out (``borne_out``), and of recordings that were held out
-    among them (``foretold``); of a model with nothing added, whether they are its own (``met``)."""
+    the worst. Of modes that were identified from FRFs, ``gains`` of channels, and what speaks
+    against a model that explains their frequencies and shapes (``against``, in words; empty:
+    nothing); whether modal constants, which were not fitted, bear that model out (``borne_out``),
+    and of recordings that were held out among them (``foretold``); of a model with nothing added,
+    whether they are its own (``met``)."""
 
     lines: tuple[str, ...] = ()
     alpha: tuple[float, float] | None = None

@@ -8,14 +8,12 @@ every copy of an eigenvalue that is repeated up to as many times as it is wide.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 from scipy.linalg.lapack import dsyevd
 
 from cvxupdate.errors import ModelError
 from cvxupdate.fe.elements.base import Real
-from cvxupdate.fe.subspace import independent
+from cvxupdate.fe.subspace import Apply, independent
 
 WIDE = 4  # times what is sought: a basis that has grown so far is reduced to half of it
 ACCURACY = 1e-12  # what a step leaves of an eigenvector, over its eigenvalue
@@ -23,8 +21,6 @@ OFTEN = 10  # eigenvalues of the small matrix are taken each time it has grown b
 RESTARTS = 300
 ROUNDING = 1e-13  # of a block's size: columns that small are rounding of what was taken away
 LEFT = 0.5  # of a column the second time: what loses more was such rounding
-
-Apply = Callable[[Real], Real]
 
 
 def largest_eigenvalues(

@@ -171,6 +171,15 @@ class Model:
             )
         )
 
+    def mass_of(self, element: int) -> float:
+        """Of one element, kg, likewise."""
+        mass = 0.0
+        for b, v in zip(self.blocks, self.properties(), strict=True):
+            rows = np.flatnonzero(b.ids == element)
+            if len(rows) and any(t.matrix == "M" for t in b.terms):
+                mass += self._pushed(b, b.combine(b.scalars(v))["M"][rows], rows)
+        return mass
+
     def mass_gradient(self, p: ArrayLike | None = None) -> Real:
         """d(total mass)/dp, (parameters,), kg."""
         props = self.properties(p)

@@ -210,10 +210,9 @@ def places(context: SearchContext) -> list[tuple[tuple[int, ...], Place]]:
         pairs = set(joined)
         if len(ends) <= FEW_ENDS:
             pairs |= {p for p in combinations(sorted(ends), 2) if p[::-1] not in joined}
-        for one, two in (*across, *((a, b) for a, b, way in corners if way == kind)):
-            if (one, kind) in rows_of and (two, kind) in rows_of:
-                p = rows_of[one, kind], rows_of[two, kind]
-                pairs |= set() if p in pairs or p[::-1] in pairs else {p}
+        near = [(rows_of.get((a, kind), -1), rows_of.get((b, kind), -1)) for a, b in across]
+        for p in (*near, *((a, b) for a, b, way in corners if way == kind)):
+            pairs |= set() if min(p) < 0 or p in pairs or p[::-1] in pairs else {p}
         for a, b in sorted(pairs):
             nodes = tuple(int(model.node_ids[model.dof_node[d]]) for d in (a, b))
             if nodes[0] != nodes[1]:

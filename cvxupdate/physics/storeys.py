@@ -16,16 +16,19 @@ ALONG = 0.9  # cosine of the angle to a member within which a direction is along
 
 
 def storeys(model: Model) -> list[tuple[int, int, str]]:
-    """(node number, node number, direction) of neighbouring corners of every straight member,
-    across it; corners are nodes at which members meet."""
+    """(row, row, direction) of free DOFs at neighbouring corners of every straight member, across
+    it; corners are nodes at which members meet."""
     lines = chains(model)
     meet = Counter(n for line in lines for n in {*line.nodes} if n)
     at = {int(number): k for k, number in enumerate(model.node_ids)}
-    out = []
+    out: list[tuple[int, int, str]] = []
     for line in lines:
         corners = [n for n in line.nodes if n and meet[n] > 1]
         for a, b in pairwise(corners):
             axis = model.xyz[at[b]] - model.xyz[at[a]]
             cosines = np.abs(axis) / max(float(np.linalg.norm(axis)), 1e-300)
-            out += [(a, b, k) for k, c in zip(TRANSLATIONS, cosines, strict=True) if c < ALONG]
+            for kind, cosine in zip(TRANSLATIONS, cosines, strict=True):
+                one, two = (model.place.get(f"n{n}.{kind}", -1) for n in (a, b))
+                if cosine < ALONG and min(one, two) >= 0:
+                    out.append((one, two, kind))
     return out

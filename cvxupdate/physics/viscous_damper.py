@@ -48,13 +48,9 @@ class ViscousDamper(EffectType):
         """To ground at every free translation, across every spring (two-node elements that act
         along one DOF), and across the members of a frame between their corners."""
         model = context.model
-        free = dof_rows(model, TRANSLATIONS)
-        at_nodes = [((row,), kind) for row, _, kind in free]
-        across = [((a, b), kind) for a, b, kind in neighbours(model)]
-        row_of = {(node, kind): row for row, node, kind in free}
-        for a, b, kind in storeys(model):
-            ends = row_of.get((a, kind), -1), row_of.get((b, kind), -1)
-            across += [(ends, kind)] if min(ends) >= 0 and (ends, kind) not in across else []
+        at_nodes = [((row,), kind) for row, _, kind in dof_rows(model, TRANSLATIONS)]
+        pairs = dict.fromkeys((*neighbours(model), *storeys(model)))
+        across = [((a, b), kind) for a, b, kind in pairs]
         return [self._one(context, rows, kind) for rows, kind in (*at_nodes, *across)]
 
     def _one(self, context: SearchContext, rows: tuple[int, ...], kind: str) -> Effect:

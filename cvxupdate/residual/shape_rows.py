@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from cvxupdate.errors import RecordingError
 from cvxupdate.fe.elements.base import Real
 from cvxupdate.fe.model import Model
+from cvxupdate.recordings.phase import rotated
 from cvxupdate.recordings.types import ModeTable
 
 Index = NDArray[np.int64]
@@ -26,8 +27,7 @@ def real_shapes(shapes: NDArray[np.complex128] | Real) -> Real:
     stay."""
     if not np.iscomplexobj(shapes):
         return np.asarray(shapes, dtype=float)
-    turn = np.exp(-0.5j * np.angle(np.nansum(shapes**2, axis=1)))
-    return np.real(shapes * turn[:, None])
+    return np.real(rotated(shapes))
 
 
 def channel_rows(table: ModeTable, model: Model) -> Index:

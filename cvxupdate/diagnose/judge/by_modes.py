@@ -54,6 +54,12 @@ class ByModes:
         return None if searched is None else searched[0]
 
     @property
+    def _looked(self) -> Judgement | None:
+        """What they `told`, if that was asked for."""
+        told = self.__dict__.get("told")
+        return told if isinstance(told, Judgement) else None
+
+    @property
     def sham(self) -> Placebo | None:
         """What they tell among all else that was tried on them; None where they tell nothing."""
         told, found = self._searched or (None, Found())
@@ -78,7 +84,7 @@ class ByModes:
         """Whether modal constants, held out too, are then those of the model as well."""
         return self.calm and self.further.met and not self.further.gains
 
-    @property
+    @cached_property
     def damper(self) -> Finding | None:
         """The damper that damping ratios and imaginary parts of the shapes tell where the usual
         scatter explains the modes else; None where there is none."""
@@ -131,8 +137,8 @@ class ByModes:
         all that is likely by them has in common. Where they lack nothing (`met`), what responses
         claim has to explain all that these have: sensors beside their nodes are like an effect."""
         if judgement.findings and judgement.last.fit.misfit > EXPLAINED:
-            looked = isinstance(self.__dict__.get("told"), Judgement)
-            judgement = judgement.claiming_nothing() if looked and self.met else judgement
+            lacking = self._looked is None or not self.met
+            judgement = judgement if lacking else judgement.claiming(None, (), ())
         told = None if judgement.findings else self.told
         if told is None or explained(judgement.case.base, judgement.case):
             return judgement
@@ -163,12 +169,12 @@ class ByModes:
         """With their `damper`, if the responses confirm it: what is beyond noise is halved by it
         alone, fitted and held out, and it is about as large there."""
         finding, case = self.damper, judgement.case
-        for w in () if finding is None else judgement.singles:
+        if finding is None:
+            return None
+        for w in judgement.singles:
             (effect,), (figures,) = w.hypothesis.effects, w.hypothesis.figures
-            here = finding is not None and same(effect, finding)
-            if not here or refuted(w, case) or not halved(w, case.base, case):
-                continue
-            if finding is not None and as_large(finding, effect, figures):
+            alike = same(effect, finding) and as_large(finding, effect, figures)
+            if alike and halved(w, case.base, case) and not refuted(w, case):
                 stands = standing(0, w, judgement.field, case)
                 return judgement.claiming(w, [both(finding, effect, figures)], [stands])
         return None
@@ -230,8 +236,8 @@ class ByModes:
 
     def lines(self, first: Judgement, judgement: Judgement) -> list[str]:
         """What they say, for the reader, where the ``first`` judgement became another."""
-        told = self.__dict__.get("told")  # only if it was asked for
-        if not isinstance(told, Judgement):
+        told = self._looked
+        if told is None:
             return []
         seen, base = told.case.evidence, told.case.base
         claimed = bool(judgement.findings) and not first.findings

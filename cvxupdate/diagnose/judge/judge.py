@@ -27,7 +27,7 @@ from cvxupdate.diagnose.judge.jumble import jumbled
 from cvxupdate.diagnose.judge.middle import in_the_middle
 from cvxupdate.diagnose.judge.posterior import log_odds, rivals
 from cvxupdate.diagnose.judge.soundness import said_plainly, sound
-from cvxupdate.diagnose.results import Finding, in_words
+from cvxupdate.diagnose.results import Finding
 from cvxupdate.diagnose.search.race import refitted
 from cvxupdate.diagnose.search.search import Found, damping_only
 from cvxupdate.diagnose.settings import STATED
@@ -54,7 +54,7 @@ class Judgement:
     sound: bool = False
 
     def claiming(
-        self, final: Weighed, findings: Sequence[Finding], standings: Sequence[Standing]
+        self, final: Weighed | None, findings: Sequence[Finding], standings: Sequence[Standing]
     ) -> Judgement:
         """The same search with another end, which was judged elsewhere."""
         return replace(
@@ -66,10 +66,6 @@ class Judgement:
             standings=tuple(standings),
             graded=None,
         )
-
-    def claiming_nothing(self) -> Judgement:
-        """The same without findings."""
-        return replace(self, single=None, final=None, findings=(), standings=(), graded=None)
 
     @property
     def last(self) -> Weighed:
@@ -218,18 +214,15 @@ def _findings(
         untold = standings[k].untold
         pairs = [(w.hypothesis, b) for w, b in zip(near, behind, strict=True)]
         spread = spread_over(k, h, alike, pairs)
-        finding = Finding(
-            effect.physics,
-            effect.place,
-            effect.title,
+        finding = Finding.of(
+            effect,
             figures.values,
             spread,
-            figures.noise,
             standings[k].confidence,
-            parts[k],
-            (*(e for e, _ in same), *untold),
-            in_words(effect, figures.values, spread),
-            (*(behind[i] for _, i in same), *(1.0 for _ in untold)),
+            noise=figures.noise,
+            explains=parts[k],
+            equivalent=(*(e for e, _ in same), *untold),
+            behind=(*(behind[i] for _, i in same), *(1.0 for _ in untold)),
         )
         out.append(finding)
     return tuple(out)

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cvxupdate.diagnose.settings import CHANCE, SHAPE_REPEATED, UNSTATED_SHAPE
 from cvxupdate.diagnose.types import Real
 from cvxupdate.physics.place import listed
+from cvxupdate.recordings.phase import rotated
 from cvxupdate.recordings.quantiles import chi_square_above
 from cvxupdate.recordings.types import ModeTable
 
@@ -22,19 +22,12 @@ def imaginary(table: ModeTable) -> Real:
     entry, which is 1. Proportional damping leaves none (Caughey 1960)."""
     if table.shapes is None or not np.iscomplexobj(table.shapes):
         return np.zeros((len(table.frequency), len(table.channels)))
-    off = np.imag(at_best_phase(table)) / deviations(table)
+    off = np.imag(rotated(table.shapes)) / deviations(table)
     return np.asarray(np.where(np.isfinite(off), off, 0.0))
 
 
-def at_best_phase(table: ModeTable) -> NDArray[np.complex128]:
-    """The complex shapes of a table that has some, turned to their best phase."""
-    shapes = np.asarray(table.shapes)
-    turn = np.exp(-0.5j * np.angle(np.nansum(shapes**2, axis=1)))
-    return np.asarray(shapes * turn[:, None])
-
-
 def deviations(table: ModeTable) -> Real:
-    """Of these, (modes, channels)."""
+    """Of imaginary parts, (modes, channels)."""
     std = UNSTATED_SHAPE if table.shape_std is None else np.nan_to_num(table.shape_std)
     whole = np.broadcast_to(std, (len(table.frequency), len(table.channels)))
     return np.asarray(np.hypot(SHAPE_REPEATED, whole))

@@ -28,17 +28,19 @@ def further_of(
     if not tables.seen:
         return laws
     kept = [without_rows(own, sorted(tables.gone.get(k, ()))) for k, own in enumerate(tables.seen)]
-    against = (*tables.left_out, complex_modes([own.table for own in kept]))
+    against = [*tables.left_out, complex_modes([own.table for own in kept])]
+    says = " ".join(filter(None, against))
     gains = gains_of(point, kept, as_it_may_be(last, known))
-    later, added = tables.later(), len(last.p) > known
-    # too few modes to compare say nothing
+    added = len(last.p) > known
+    # what is disputed and has nothing to be borne out asks for no more; nor do too few modes tell
+    later = tables.later() if gains or added or not says else ()
     held = later if later and constants_of(beside(point, later), later) is not None else ()
     gains = not_gainsaid(gains, point, held)
     sure = added and constants_bear_out(point, base.point, (kept, held), gains)
     return replace(
         laws,
         gains=gains,
-        against=" ".join(filter(None, against)),
+        against=says,
         borne_out=sure,
         foretold=sure and bool(held),
         met=not added and constants_are_met(point, (kept, held)),

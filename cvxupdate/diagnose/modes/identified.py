@@ -14,9 +14,8 @@ from cvxupdate.errors import RecordingError
 from cvxupdate.recordings.types import Channel, FrequencyResponse, ModeTable, TimeHistory
 
 FEWEST = 5  # modes: fewer tell little of what is missing
-SAME = (
-    0.01  # of a frequency: what drives and sensors that weigh make of one mode between recordings
-)
+# Of a frequency: what drives and sensors that weigh make of one mode between recordings.
+SAME = 0.01
 # The lowest modes that are looked at: ten with their shapes tell kinds and places apart; waves of
 # higher ones are so short that where in an element a lump stands counts, which no candidate says.
 LOWEST = 10

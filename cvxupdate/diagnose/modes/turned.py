@@ -14,11 +14,12 @@ from functools import cached_property
 
 import numpy as np
 
-from cvxupdate.diagnose.modes.complexity import at_best_phase, deviations
+from cvxupdate.diagnose.modes.complexity import deviations
 from cvxupdate.diagnose.types import Real
 from cvxupdate.fe.block import Index
 from cvxupdate.fe.factor import factored
 from cvxupdate.physics.effect import ModelChange
+from cvxupdate.recordings.phase import rotated
 from cvxupdate.recordings.types import ModeTable
 from cvxupdate.residual.modal import ModalPoint
 from cvxupdate.residual.shape_rows import channel_rows
@@ -28,12 +29,14 @@ APART = 3.0  # half-power bandwidths that another mode is away, for the first or
 
 @dataclass(frozen=True)
 class Row:
-    """One measured shape: its mode among the model's, the DOFs (channels,) of its channels, its
-    imaginary parts over their deviations ``off`` (channels,), what scales the model's shape to it
-    over the same deviations ``unit`` (channels,)."""
+    """One measured shape: its mode among the model's, the DOFs (channels,) of its channels, how all
+    modes move these (``sensed``, (channels, modes)), its imaginary parts over their deviations
+    ``off`` (channels,), what scales the model's shape to it over the same deviations ``unit``
+    (channels,)."""
 
     mode: int
     dofs: Index
+    sensed: Real
     off: Real
     unit: Real
 
@@ -52,13 +55,11 @@ class Turned:
 
     def rate(self, change: ModelChange) -> Real:
         """What one unit of an effect's parameter makes of them, (n,)."""
-        modes, omega = self.point.modes, np.sqrt(np.maximum(self.point.modes.eigenvalues, 0.0))
-        phi = np.vstack([modes.shapes, np.zeros((1, modes.shapes.shape[1]))])  # −1 is the ground
-        out = []
+        phi, out = self._grounded, []
         for row in self.rows:
-            force = np.zeros(len(phi))
+            omega, force = np.sqrt(self.point.modes.eigenvalues[row.mode]), np.zeros(len(phi))
             for b in change.tangent[0]:
-                for part, by in ((b.C, omega[row.mode]), (b.D, 1.0)):
+                for part, by in ((b.C, omega), (b.D, 1.0)):
                     if part is not None:
                         local = np.einsum("eij,ej->ei", part, phi[b.dofs, row.mode])
                         np.add.at(force, b.dofs, by * local)
@@ -68,21 +69,25 @@ class Turned:
     def _turned(self, row: Row, force: Real) -> Real:
         """What a force of damping (N,) in one mode makes of the imaginary parts at its sensors, its
         best phase taken out."""
-        modes = self.point.modes
-        share = modes.shapes.T @ force
+        modes, moving = self.point.modes, np.flatnonzero(force)
+        share = modes.shapes[moving].T @ force[moving]
         apart = modes.eigenvalues - modes.eigenvalues[row.mode]
         apart[row.mode] = np.inf
-        sensed = _at(modes.shapes, row.dofs)
-        own = sensed[:, row.mode]
-        moved = -(sensed @ (share / apart))
+        own = row.sensed[:, row.mode]
+        moved = -(row.sensed @ (share / apart))
         if self._flexibility is not None:
-            moving = np.flatnonzero(force)
             flexible = self._flexibility[:, moving] @ force[moving]
             at = np.minimum(self._sensors.searchsorted(row.dofs), len(flexible) - 1)
             moved -= np.where(row.dofs >= 0, flexible[at], 0.0)
-            moved += sensed @ (share / modes.eigenvalues)
+            moved += row.sensed @ (share / modes.eigenvalues)
         moved -= own * (own @ moved) / max(float(own @ own), 1e-300)
         return np.asarray(moved * row.unit)
+
+    @cached_property
+    def _grounded(self) -> Real:
+        """The modes' shapes, and a last row for DOF −1, the ground."""
+        shapes = self.point.modes.shapes
+        return np.vstack([shapes, np.zeros((1, shapes.shape[1]))])
 
     @cached_property
     def _sensors(self) -> Index:
@@ -95,8 +100,7 @@ class Turned:
         """K⁻¹ at the sensors, (sensors, N); None of a structure that is free to move."""
         if self.point.modes.rigid or not len(self._sensors):
             return None
-        residual = self.point.residual
-        K = residual.model.matrices(self.point.p[: len(residual.model.parameters)]).K
+        K = self.point.matrices.K
         unit = np.zeros((K.shape[0], len(self._sensors)))
         unit[self._sensors, np.arange(len(self._sensors))] = 1.0
         return np.asarray(factored(K, "the stiffness matrix").solve(unit).T)
@@ -111,16 +115,17 @@ def turned_of(point: ModalPoint, measured: Sequence[ModeTable]) -> Turned | None
     for table, places in zip(measured, point.places, strict=False):
         if table.shapes is None or not np.iscomplexobj(table.shapes):
             continue
-        turned, std = at_best_phase(table), deviations(table)
+        turned, std = rotated(table.shapes), deviations(table)
         dofs = channel_rows(table, model)
         for i, at in enumerate(places.tolist()):
             if at < 0 or _crowded(omega, at, float(table.damping[i])):
                 continue
             known = np.isfinite(turned[i])
-            own = _at(modes.shapes, dofs[known])[:, at]
+            sensed = _at(modes.shapes, dofs[known])
+            own = sensed[:, at]
             scale = float(turned[i].real[known] @ own) / max(float(own @ own), 1e-300)
             off = turned[i].imag[known] / std[i][known]
-            rows.append(Row(at, dofs[known], off, scale / std[i][known]))
+            rows.append(Row(at, dofs[known], sensed, off, scale / std[i][known]))
     return Turned(point, tuple(rows)) if rows else None
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from cvxupdate.recordings.phase import rotated
 from cvxupdate.recordings.types import Complex, Real
 
 
@@ -26,8 +27,7 @@ def mean_phase_deviation(shapes: Complex) -> Real:
 
     After E. Reynders, J. Houbrechts, G. De Roeck, Mech. Syst. Signal Process. 29 (2012) 228.
     """
-    turn = np.exp(-0.5j * np.angle(np.sum(shapes**2, axis=1)))[:, None]
-    z = shapes * turn
+    z = rotated(shapes)
     size = np.abs(z)
     total = np.sum(size, axis=1)
     angle = np.arctan2(np.abs(z.imag), np.abs(z.real))

@@ -6,12 +6,8 @@ from __future__ import annotations
 import numpy as np
 
 from cvxupdate.errors import RecordingError
+from cvxupdate.recordings.phase import rotated
 from cvxupdate.recordings.types import Complex, Real
-
-
-def rotated(shapes: Complex) -> Complex:
-    """Each shape turned by the phase that makes its real part largest, ``-arg(phi^T phi) / 2``."""
-    return np.asarray(shapes * np.exp(-0.5j * np.angle(np.sum(shapes**2, axis=1)))[:, None])
 
 
 def simple(shapes: Complex) -> Real:

@@ -15,7 +15,7 @@ from __future__ import annotations
 import numpy as np
 
 from cvxupdate.errors import RecordingError
-from cvxupdate.recordings.realise.shape import rotated
+from cvxupdate.recordings.phase import rotated
 from cvxupdate.recordings.realise.state import normal_modes_of
 from cvxupdate.recordings.types import Complex, Real
 

@@ -68,7 +68,7 @@ def measured(model, lab, c):
     )
     modes = Modes(lam, phi, 0)
     residual = SimpleNamespace(model=model)
-    point = SimpleNamespace(modes=modes, residual=residual, p=model.zero(), places=[np.arange(n)])
+    point = SimpleNamespace(modes=modes, residual=residual, matrices=m, places=[np.arange(n)])
     return point, table, candidates
 
 
