@@ -65,6 +65,16 @@ class _Book:
         self.places[k][i], self.loose[k][i] = mode, loose
         self.taken.setdefault(mode, (k, i))
 
+    def apart(self) -> list[float]:
+        """By how much each paired mode of the model lies above its measured one, logarithms."""
+        f = self.flexible.frequencies
+        return [
+            float(np.log(f[mode] / table.frequency[i]))
+            for table, places in zip(self.tables, self.places, strict=True)
+            for i, mode in enumerate(places.tolist())
+            if mode >= 0
+        ]
+
     def shared(self, k: int, i: int, mode: int) -> bool:
         """Whether mode ``i`` of table ``k`` may have a mode of the model that another table has
         already: that one says `mode` too, or it is the same again."""
@@ -266,7 +276,8 @@ def _by_shape(model: Model, book: _Book, open_: list[tuple[int, int]]) -> list[t
         apart = np.log(book.flexible.frequencies[free[found.model]])
         apart -= np.log(table.frequency[np.array(chosen)[found.measured]])
         # what is further off than all are together is another mode that a few sensors see alike
-        near = found.mac > FAR * np.abs(apart - np.median(apart)) if len(apart) else apart > 0.0
+        together = np.median([*book.apart(), *apart]) if len(apart) else 0.0
+        near = found.mac > FAR * np.abs(apart - together)
         for a, x in zip(found.model[near], found.measured[near], strict=True):
             book.pair(k, chosen[int(x)], int(free[a]))
         paired = {chosen[int(x)] for x in found.measured[near]}

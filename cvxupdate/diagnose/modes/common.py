@@ -4,7 +4,7 @@ out of the tables of the other one, as the mesh's error is."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -41,10 +41,17 @@ class OneMode:
 class Common:
     """`OneMode` of every mode (its place among all of the model) that the reference has; ``open``:
     the part of any change that the model may get wrong, for the farther its frequencies are off,
-    the more are its shapes, and with them what a change does."""
+    the more are its shapes, and with them what a change does. ``later``: modes that only held-out
+    tables of the reference have, for what is held out of the other state."""
 
     modes: Mapping[int, OneMode]
     open: float
+    later: Mapping[int, OneMode] = field(default_factory=dict)
+
+    @property
+    def held(self) -> Common:
+        """For tables that are held out."""
+        return replace(self, modes={**self.later, **self.modes})
 
     def without(self, table: ModeTable, places: Sequence[int], point: ModalPoint) -> ModeTable:
         """A table as a structure would have it that at the reference is what the model says, with
@@ -76,19 +83,22 @@ class Common:
 def common_of(model: Model, tables: Sequence[ModeTable]) -> Common:
     """Of the tables of the reference (deviations stated, the mesh's error taken out) beside a model
     as it stands; of a mode that several have, the first."""
-    point = modal_residual(model, tables, (), False).evaluate(model.zero())
+    fit, hold = ([t for t in tables if (t.origin.use == "fit") == use] for use in (True, False))
+    point = modal_residual(model, fit, hold, False).evaluate(model.zero())
     found: dict[int, OneMode] = {}
-    for k, table in enumerate(tables):
+    later: dict[int, OneMode] = {}
+    for k, table in enumerate((*fit, *hold)):
         for i, at in enumerate(point.places[k].tolist()):
-            if at < 0 or at in found:
+            if at < 0 or at in found or at in later:
                 continue
             shift = float(table.frequency[i] / _own(point, at)) - 1.0
             own = float(table.frequency_std[i] / table.frequency[i])
             deviation = float(np.sqrt(own**2 + REPEATED**2 + (COMMON * shift) ** 2))
             zeta = float(table.damping[i]), float(table.damping_std[i])
-            found[at] = OneMode(shift, deviation, _shape_of(table, i, at, point), zeta)
+            one = OneMode(shift, deviation, _shape_of(table, i, at, point), zeta)
+            (found if k < len(fit) else later)[at] = one
     off = float(np.sqrt(np.mean([m.shift**2 for m in found.values()]))) if found else 0.0
-    return Common(found, min(1.0, COMMON + SHAPES_OFF * off))
+    return Common(found, min(1.0, COMMON + SHAPES_OFF * off), later)
 
 
 def _own(point: ModalPoint, at: int) -> float:

@@ -57,8 +57,7 @@ def modes_evidence(
     mesh = NONE if fine.finer else mesh_error(spec, model, top)
     common = None
     if reference is not None:
-        fitted = [t for t in reference[1] if t.origin.use == "fit"]
-        common = common_of(start, stated_tables(start, fitted, mesh))
+        common = common_of(start, stated_tables(start, reference[1], mesh))
     order = [
         k
         for fitted in (True, False)

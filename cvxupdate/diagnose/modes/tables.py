@@ -128,8 +128,9 @@ def prepared(
         shape = np.hypot(SHAPE_DISCREPANCY, off_nodes(start, k, plain) if beside else 0.0)
         missed = FREQUENCY_DISCREPANCY * np.ones(len(shift)), shape
         if common is not None:
+            its = common if k < len(fit) else common.held
             there, missed = _beside(
-                there, common.without(there, start.places[k].tolist(), start), missed
+                there, its.without(there, start.places[k].tolist(), start), missed
             )
         moved.append(_widened(there, missed, mesh.rest(shift)))
     places = [start.places[k].tolist() for k in range(len(fit))]
