@@ -7,10 +7,26 @@ from collections.abc import Sequence
 import numpy as np
 
 from cvxupdate.diagnose.fit import Fit
-from cvxupdate.diagnose.modes.first_order import columns_of, linearised
-from cvxupdate.diagnose.screen.projection import Projection, norms
+from cvxupdate.diagnose.modes.first_order import BASIS, columns_of, linearised
+from cvxupdate.diagnose.screen.projection import Linearised, Projection, norms
 from cvxupdate.diagnose.settings import NEIGHBOURING
-from cvxupdate.physics.effect import Effect
+from cvxupdate.diagnose.types import Real
+from cvxupdate.fe.block import Index
+from cvxupdate.fe.model import DerivativeBlock
+from cvxupdate.fe.modes import natural_modes
+from cvxupdate.fe.rigid import rigid_body_modes
+from cvxupdate.physics.attached_resonator import hidden_label
+from cvxupdate.physics.effect import Effect, HiddenOscillator
+from cvxupdate.residual.block_columns import BlockColumns
+from cvxupdate.residual.modal import ModalPoint
+
+
+def alike_of(effect: Effect, base: Fit, found: Fit, candidates: Sequence[Effect]) -> list[Effect]:
+    """Of ``candidates`` those that are hardly told from an effect: beside the nuisance parameters
+    alone (``base``), or of a hidden oscillator as it was ``found``."""
+    if isinstance(effect.action, HiddenOscillator):
+        return oscillators_alike(found, effect, candidates, len(base.setting.model.parameters))
+    return places_alike(base, effect, candidates)
 
 
 def places_alike(base: Fit, effect: Effect, candidates: Sequence[Effect]) -> list[Effect]:
@@ -25,14 +41,66 @@ def places_alike(base: Fit, effect: Effect, candidates: Sequence[Effect]) -> lis
     columns = columns_of(base, [mine[0], *others])
     if columns[0] is None or columns[0].shape[1] != 1:
         return []
-    left = Projection.of(linearised(base))
     some = [(e, J) for e, J in zip(others, columns[1:], strict=True) if J is not None]
-    J = left.freed(np.hstack([columns[0], *(x for _, x in some)]))
+    J = np.hstack([columns[0], *(x for _, x in some)])
+    return _in_proportion(Projection.of(linearised(base)), J, [e for e, _ in some])
+
+
+def oscillators_alike(
+    found: Fit, effect: Effect, candidates: Sequence[Effect], nuisance: int
+) -> list[Effect]:
+    """The same of a hidden oscillator that is fitted (``found``, the first ``nuisance`` of its
+    parameters are no effects'): without it there is no derivative, for its size is not small. At
+    each frequency it is a spring of one size to whatever it stands on, k ω²/(ω² − ω₀²), so places
+    are alike where such a spring moves what was measured alike."""
+    point, model = found.point, found.setting.model
+    hidden = model.place.get(hidden_label(f"n{effect.place.nodes[0]}", effect.place.dof or ""))
+    if hidden is None:
+        return []
+    spots = {e.place: e for e in candidates if _of_one_kind(e, effect)}
+    others = [e for place, e in spots.items() if place != effect.place]
+    rows = [
+        model.place[f"n{p.nodes[0]}.{p.dof}"] for p in (effect.place, *(e.place for e in others))
+    ]
+    K, M = point.matrices.K, point.matrices.M
+    own = float(K[hidden, hidden] / M[hidden, hidden])
+    many = natural_modes(K, M, min(model.size, BASIS), rigid_body_modes(model, K, M))
+    columns = BlockColumns.of(point, many)
+    unit = np.ones((1, 1, 1))
+    J = np.stack(
+        [
+            columns.of_blocks([DerivativeBlock(np.array([[r]]), unit, None, None, None)])
+            for r in rows
+        ],
+        axis=1,
+    )
+    _, weights, _ = point.differences
+    at = point.modes.eigenvalues[_places_of_rows(point)]
+    J *= (weights * at / np.where(at == own, np.inf, at - own))[:, None]
+    whole = linearised(found)
+    n = slice(nuisance)
+    free = Linearised(whole.A[:, n], whole.r, whole.p[n], whole.scales[n])
+    return _in_proportion(Projection.of(free), J, others)
+
+
+def _places_of_rows(point: ModalPoint) -> Index:
+    """Place of the mode that each row of the differences is of, (rows,)."""
+    fitted = point.places[: len(point.residual.fit)]
+    parts = [q[q >= 0] for q in fitted]
+    for _, _, place, sensors, _, _ in point.shape_rows() if point.residual.shapes else ():
+        parts.append(np.full(len(sensors), place))
+    return np.concatenate([np.zeros(0, dtype=np.int64), *parts])
+
+
+def _in_proportion(left: Projection, J: Real, others: Sequence[Effect]) -> list[Effect]:
+    """Of ``others`` those whose columns (of ``J``, from its second on) are in proportion to the
+    first, free of nuisance parameters, most alike first."""
+    J = left.freed(J)
     lengths = np.maximum(norms(J), 1e-300)
     cosines = (J[:, 0] @ J) / (lengths[0] * lengths)
     near = [
         (float(c), e)
-        for c, (e, _) in zip(cosines[1:], some, strict=True)
+        for c, e in zip(cosines[1:], others, strict=True)
         if c > 0.0 and c**2 >= NEIGHBOURING
     ]
     return [e for _, e in sorted(near, key=lambda pair: -pair[0])]

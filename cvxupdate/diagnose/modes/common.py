@@ -55,14 +55,15 @@ class Common:
 
     def without(self, table: ModeTable, places: Sequence[int], point: ModalPoint) -> ModeTable:
         """A table as a structure would have it that at the reference is what the model says, with
-        deviations; modes that the reference does not have stay as they are, with NaN for the
-        deviation that the reference brings (of shapes: where it has no such entry)."""
+        deviations; modes that the reference does not have, and those that are paired with one of
+        its modes but look like another (what came with a hidden oscillator), stay as they are, with
+        NaN for the deviation that the reference brings (of shapes: where it has no such entry)."""
         f, std = table.frequency.copy(), np.full(len(table.frequency), np.nan)
         shapes = None if table.shapes is None else real_shapes(table.shapes).copy()
         spread = None if shapes is None else np.full(shapes.shape, np.nan)
         for i, at in enumerate(places):
             known = self.modes.get(int(at))
-            if known is None:
+            if known is None or _unlike(table, i, int(at), point):
                 continue
             moved = self.open * abs(table.frequency[i] / _own(point, int(at)) - 1.0 - known.shift)
             f[i] = table.frequency[i] / (1.0 + known.shift)
@@ -110,6 +111,13 @@ def _modelled(table: ModeTable, at: int, point: ModalPoint) -> Real:
     rows = channel_rows(table, point.residual.model)
     shape = np.where(rows >= 0, point.modes.shapes[rows, at], np.nan)
     return np.asarray(shape / np.nanmax(np.abs(shape), initial=1e-300))
+
+
+def _unlike(table: ModeTable, i: int, at: int, point: ModalPoint) -> bool:
+    """Whether a measured shape is not that of the model's mode; False where there is none."""
+    if table.shapes is None or not np.any(np.isfinite(table.shapes[i])):
+        return False
+    return not _scaled(real_shapes(table.shapes[i : i + 1])[0], _modelled(table, at, point))
 
 
 def _scaled(measured: Real, modelled: Real) -> float:

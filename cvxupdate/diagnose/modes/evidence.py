@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from cvxupdate.diagnose.budget import Budget
 from cvxupdate.diagnose.fit import Fit, fitted_at
-from cvxupdate.diagnose.modes.alike import places_alike
+from cvxupdate.diagnose.modes.alike import alike_of
 from cvxupdate.diagnose.modes.figures import modes_shown
 from cvxupdate.diagnose.modes.finite_size import BASIS, local, scan
 from cvxupdate.diagnose.modes.first_order import columns_of, first_order, linearised
@@ -190,7 +190,8 @@ class ModesEvidence(Linear):
         """Beside the nuisance parameters alone: a stiff support is still, its neighbours nearly."""
         if strictly:
             return ()
-        return places_alike(self.bases[-1], effect, self.candidates(self.model, (effect.physics,)))
+        candidates = self.candidates(self.model, (effect.physics,))
+        return alike_of(effect, self.bases[-1], found, candidates)
 
     def halves(self, found: Fit) -> Sequence[NDArray[np.bool_]]:
         """None: a table has few rows."""
