@@ -12,6 +12,7 @@ from cvxupdate.diagnose.modes.evidence import ModesEvidence
 from cvxupdate.diagnose.modes.foreign import foreign, line, was_there, without
 from cvxupdate.diagnose.modes.gains import suspect
 from cvxupdate.diagnose.modes.identified import Identified, without_shapes_at
+from cvxupdate.diagnose.modes.same import as_before
 from cvxupdate.diagnose.modes.tables import prepared, stated_tables
 from cvxupdate.diagnose.modes.worth import mesh_for
 from cvxupdate.diagnose.nominal.damping import undamped
@@ -57,6 +58,7 @@ def modes_evidence(
     mesh = NONE if fine.finer else mesh_error(spec, model, top)
     common = None
     if reference is not None:
+        tables = as_before(start, tables, reference[1])
         common = common_of(start, stated_tables(start, reference[1], mesh))
     order = [
         k
