@@ -158,7 +158,7 @@ class Fit:
         rest, as large as this fit shows it and alike over as many rows as say the same, but no less
         than H⁻¹ grown with the misfit."""
         A, _ = self.point.system().weighted()
-        inverse = np.linalg.pinv(A.T @ A + np.diag(1.0 / self.setting.scales**2))
+        inverse = inverted(A.T @ A + np.diag(1.0 / self.setting.scales**2))
         left = self.cost / max(1, len(A) - A.shape[1])
         heard, noise = inverse @ A.T, self.setting.noise_parts(self.point)
         narrow, rest = (np.einsum("ij,j,ij->i", heard, n, heard) for n in (noise, 1.0 - noise))
@@ -168,6 +168,17 @@ class Fit:
         wide = np.maximum(np.diag(inverse) * max(1.0, left), narrow + rest * level * alike)
         together, alone = (np.sqrt(np.maximum(v, 0.0)) for v in (wide, narrow))
         return together, alone
+
+
+def inverted(H: Real) -> Real:
+    """Inverse of a symmetric matrix (n, n) that is not negative, of unknowns in whatever units;
+    along what nothing tells it is large and finite."""
+    size = np.sqrt(np.diag(H))
+    d = 1.0 / np.where(size > 0.0, size, 1.0)
+    values, V = np.linalg.eigh(d[:, None] * H * d)
+    least = np.finfo(float).eps * len(H) * max(float(values.max(initial=0.0)), 1.0)
+    V = d[:, None] * V
+    return np.asarray((V / np.maximum(values, least)) @ V.T)
 
 
 def fitted_at(setting: Any, p: Real, before: Any = None) -> Fit:

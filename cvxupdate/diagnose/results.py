@@ -4,13 +4,13 @@ that is written."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cvxupdate.diagnose.settings import AS_LIKELY, LEAST_SIZE
+from cvxupdate.diagnose.settings import AS_LIKELY, LEAST_SIZE, STATED
 from cvxupdate.fe.model import Model
 from cvxupdate.physics.effect import Effect
 from cvxupdate.physics.fault import Fault
@@ -28,6 +28,21 @@ def in_words(effect: Effect, values: Mapping[str, float], deviations: Mapping[st
     return (
         f"{effect.says(values)} ({listed(vague)} {'is' if len(vague) == 1 else 'are'} hardly told.)"
     )
+
+
+def or_elsewhere(effect: Effect, confidence: float, others: Sequence[Effect]) -> str:
+    """Where else the same may be for all that the recordings say, of an effect at one node that is
+    likelier not there; nothing to say of others."""
+    own = effect.place
+    nodes = [
+        e.place.nodes[0]
+        for e in others
+        if e.physics == effect.physics and replace(e.place, nodes=own.nodes) == own
+    ]
+    if confidence >= STATED or len(own.nodes) != 1 or not nodes:
+        return ""
+    which = "node " if len(nodes) == 1 else "one of nodes "
+    return f" (Or at {which}{listed(sorted(nodes))}: which of them is hardly told.)"
 
 
 @dataclass(frozen=True)
@@ -77,7 +92,7 @@ class Finding:
             confidence,
             explains,
             equivalent,
-            in_words(effect, values, spread),
+            in_words(effect, values, spread) + or_elsewhere(effect, confidence, equivalent),
             behind,
         )
 

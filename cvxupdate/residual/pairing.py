@@ -28,6 +28,7 @@ MARGIN = 6  # model modes beyond the highest paired one, for modes that cross
 # relative distance of frequencies in two tables that are one mode measured twice (between tests of
 # one structure they differ by less)
 AGAIN = 0.01
+TELLING = 3  # pairs of which one may be odd
 
 
 @dataclass(frozen=True)
@@ -65,6 +66,7 @@ class _Book:
         self.places[k][i], self.loose[k][i] = mode, loose
         self.taken.setdefault(mode, (k, i))
 
+    @property
     def apart(self) -> list[float]:
         """By how much each paired mode of the model lies above its measured one, logarithms."""
         f = self.flexible.frequencies
@@ -74,6 +76,13 @@ class _Book:
             for i, mode in enumerate(places.tolist())
             if mode >= 0
         ]
+
+    @property
+    def off(self) -> float:
+        """The factor by which the model's frequencies are off as a whole, by the modes that are
+        paired; 1 of so few that one odd pair would be the median."""
+        apart = self.apart
+        return float(np.exp(np.median(apart))) if len(apart) >= TELLING else 1.0
 
     def shared(self, k: int, i: int, mode: int) -> bool:
         """Whether mode ``i`` of table ``k`` may have a mode of the model that another table has
@@ -209,7 +218,7 @@ def _pair(model: Model, book: _Book, numbers: Sequence[int], rule: str, strict: 
     if left and len(free):
         found = pair_frequencies(
             book.flexible.frequencies[free],
-            np.array([book.tables[k].frequency[i] for k, i in left]),
+            np.array([book.tables[k].frequency[i] for k, i in left]) * book.off,
         )
         for a, x in zip(found.model, found.measured, strict=True):
             book.pair(*left[int(x)], int(free[a]), loose=True)
@@ -270,13 +279,13 @@ def _by_shape(model: Model, book: _Book, open_: list[tuple[int, int]]) -> list[t
             book.flexible.shapes[rows[seen]][:, free],
             real_shapes(table.shapes)[chosen][:, seen].T,
             book.flexible.frequencies[free],
-            table.frequency[chosen],
+            table.frequency[chosen] * book.off,
             threshold=0.3,
         )
         apart = np.log(book.flexible.frequencies[free[found.model]])
         apart -= np.log(table.frequency[np.array(chosen)[found.measured]])
         # what is further off than all are together is another mode that a few sensors see alike
-        together = np.median([*book.apart(), *apart]) if len(apart) else 0.0
+        together = np.median([*book.apart, *apart]) if len(apart) else 0.0
         near = found.mac > FAR * np.abs(apart - together)
         for a, x in zip(found.model[near], found.measured[near], strict=True):
             book.pair(k, chosen[int(x)], int(free[a]))

@@ -75,6 +75,17 @@ def test_mixed_fixed_then_mac_then_frequency() -> None:
     assert found.loose[0].tolist() == [False, False, False, True]
 
 
+@pytest.mark.parametrize("channels", [("n2.x", "n3.x"), ("n4.y", "n5.y"), ("n5.x", "n4.x")])
+def test_a_model_that_is_off_as_a_whole_pairs_what_is_scored_beside_what_is_fitted(channels):
+    """Two sensors tell modes 4 and 5 hardly apart, and of a structure that is half as stiff as its
+    drawing the frequency alone would say mode 4: all fitted modes lie as far below the model's."""
+    m = model()
+    fitted = measured(m, TRUTH, [1, 2, 3], channels=CHANNELS)
+    held = measured(m, TRUTH, [5], channels=channels, use="hold-out")
+    lower = [replace(t, frequency=t.frequency / 2.0) for t in (fitted, held)]
+    assert places(m, *lower, first=1) == [[0, 1, 2], [4]]
+
+
 def test_no_model_mode_serves_two_different_modes() -> None:
     m = model()
     a, b = measured(m, TRUTH, [1, 2]), measured(m, TRUTH, [3, 4])

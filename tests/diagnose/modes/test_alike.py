@@ -6,8 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from cvxupdate.diagnose.modes.alike import places_alike
+from cvxupdate.diagnose.modes.alike import oscillators_alike, places_alike
+from cvxupdate.diagnose.results import Finding
 from cvxupdate.diagnose.settings import NEIGHBOURING
+from cvxupdate.fe.modes import model_modes
+from cvxupdate.physics.attached_resonator import attach
 
 
 def grounded(candidates, node):
@@ -58,3 +61,60 @@ def test_the_evidence_has_places_alike_but_none_that_no_recording_tells(tried):
     near = [e.key for e in evidence.alike(base, own)]
     assert near == [e.key for e in places_alike(base, own, candidates)]
     assert evidence.alike(base, own, strictly=True) == ()
+
+
+def test_places_are_alike_where_the_same_oscillator_moves_what_was_measured_in_proportion(tried):
+    """Against models with a thousandth of the oscillator at each other place as well."""
+    evidence, base, _ = tried
+    effects = evidence.candidates(base.setting.model, ("attached_resonator",))
+    own = next(e for e in effects if e.place.nodes == (8,) and e.place.dof == "z")
+    f, m, known = 35.0, 0.05, len(base.p)
+
+    def with_another(label, mass):
+        """The comparison with the oscillator and one of ``mass`` more, at nominal sizes."""
+        model = attach(base.setting.model, base.setting.model.place["n8.z"], f, m, 0.0)
+        if label is not None:
+            model = attach(model, model.place[label], f, mass, 0.0)
+        modes = model_modes(model, 9)
+        n = base.setting.model.size
+        across = base.point.modes.shapes.T @ (
+            base.point.matrices.M @ modes.shapes[:n]
+        )  # the oscillators' own modes are like none of them
+        places = tuple(np.abs(across[q]).argmax(axis=1) for q in base.point.places)
+        residual = replace(
+            base.point.residual,
+            model=model,
+            start=replace(base.point.residual.start, modes=modes, places=places),
+        )
+        return replace(base.setting, residual=residual)
+
+    found = evidence.evaluated(with_another(None, 0.0), np.append(base.p, [0.0, 0.0]))
+    near = oscillators_alike(found, own, effects, known)
+    A = np.vstack([found.point.system().weighted()[0][:, :known], np.diag(1 / base.setting.scales)])
+    values, weights, _ = found.point.differences
+
+    def direction(node):
+        more = with_another(f"n{node}.z", 1e-4 * m)
+        there = evidence.evaluated(more, np.append(base.p, np.zeros(4)))
+        J = np.append(weights * (there.point.differences[0] - values), np.zeros(known))
+        J = J - A @ np.linalg.lstsq(A, J, rcond=None)[0]
+        return J / np.linalg.norm(J)
+
+    mine = direction(8)
+    cosines = {n: float(mine @ direction(n)) for n in range(2, 14) if n != 8}
+    alike = {n for n, c in cosines.items() if c > 0.0 and c**2 >= NEIGHBOURING}
+    assert {e.place.nodes[0] for e in near} == alike
+    assert alike and len(alike) < len(cosines)
+
+
+def test_a_place_that_is_likelier_not_it_is_said_with_the_others(tried):
+    evidence, base, _ = tried
+    effects = evidence.candidates(base.setting.model, ("attached_resonator",))
+    at = {e.place.nodes[0]: e for e in effects if e.place.dof == "z"}
+    values, others = {"m": 1.0, "k": 4e3}, (at[9], at[7])
+    sure, unsure = (
+        Finding.of(at[8], values, {"m": 0.1, "k": 400.0}, c, equivalent=others) for c in (0.9, 0.3)
+    )
+    assert unsure.says == f"{sure.says} (Or at one of nodes 7 and 9: which of them is hardly told.)"
+    alone = Finding.of(at[8], values, {"m": 0.1, "k": 400.0}, 0.3)
+    assert alone.says == sure.says

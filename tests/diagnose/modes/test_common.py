@@ -73,3 +73,38 @@ def test_modes_that_the_reference_lacks_stay_as_they_are(bar):
     found = fewer.without(today, start.places[0], start)
     assert found.frequency[1] == today.frequency[1] and np.isnan(found.frequency_std[1])
     assert found.frequency[0] == pytest.approx(table(model).frequency[0], rel=1e-9)
+
+
+def test_a_mode_that_looks_like_another_than_its_partner_is_left_as_it_is(bar):
+    """What comes with a hidden oscillator is paired with some mode of the model, but is not the
+    reference's that is paired with it."""
+    _, model = bar
+    common = common_of(model, [table(model, 1.02)])
+    today = table(model, 1.02)
+    shapes = today.shapes.copy()
+    shapes[1] = np.linalg.qr(today.shapes.T, mode="complete")[0][:, 3]  # unlike all three
+    today = replace(today, shapes=shapes)
+    start = modal_residual(model, [today], (), False).evaluate(model.zero())
+    found = common.without(today, [0, 1, 2], start)
+    assert found.frequency[1] == today.frequency[1] and np.isnan(found.frequency_std[1])
+    assert found.frequency[0] == pytest.approx(table(model).frequency[0], rel=1e-9)
+
+
+def test_what_the_reference_held_out_is_common_to_what_is_held_out(bar):
+    _, model = bar
+    whole = table(model, 1.02)
+
+    def part(rows, use):
+        kept = {
+            name: getattr(whole, name)[rows]
+            for name in ("frequency", "frequency_std", "damping", "damping_std", "pairs", "shapes")
+        }
+        std = whole.shape_std[rows]
+        return replace(whole, **kept, shape_std=std, origin=replace(whole.origin, use=use))
+
+    common = common_of(model, [part([0, 1], "fit"), part([2], "hold-out")])
+    start = modal_residual(model, [whole], (), False).evaluate(model.zero())
+    fitted, held = (c.without(whole, [0, 1, 2], start) for c in (common, common.held))
+    wanted = table(model).frequency
+    assert fitted.frequency[2] == whole.frequency[2]
+    assert held.frequency == pytest.approx(wanted, rel=1e-9)
