@@ -11,6 +11,7 @@ import numpy as np
 from cvxupdate.diagnose.modes.common import Common
 from cvxupdate.diagnose.modes.identified import Identified
 from cvxupdate.diagnose.modes.kinds import chi_square
+from cvxupdate.diagnose.modes.mixing import mixed
 from cvxupdate.diagnose.nominal.mesh import MeshError
 from cvxupdate.diagnose.settings import (
     BESIDE,
@@ -126,6 +127,7 @@ def prepared(
         measured.append(plain)
         there = _off_mesh(plain, shift)
         shape = np.hypot(SHAPE_DISCREPANCY, off_nodes(start, k, plain) if beside else 0.0)
+        shape = np.hypot(shape, mixed(start, k, plain))
         missed = FREQUENCY_DISCREPANCY * np.ones(len(shift)), shape
         if common is not None:
             its = common if k < len(fit) else common.held
