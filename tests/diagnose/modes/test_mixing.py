@@ -1,0 +1,67 @@
+"""How far close modes may be turned into each other."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.linalg import eigh
+
+from cvxupdate.diagnose.modes.mixing import mixed
+from cvxupdate.diagnose.settings import FREQUENCY_DISCREPANCY
+from cvxupdate.residual.modal import modal_residual
+from tests.cases.structures import PORTAL, measured, portal, structure
+
+CHANNELS = ("n2.x", "n3.x", "n4.y", "n5.y", "n6.x", "n6.y")
+
+
+def seen(scale=1.0):
+    """(table of modes 1 to 4 of a portal, the comparison with the model itself)."""
+    m = structure(portal(), PORTAL)[1]
+    table = measured(m, m.zero(), [1, 2, 3, 4], channels=CHANNELS)
+    table = replace(table, shapes=scale * table.shapes)
+    return table, modal_residual(m, [table], (), False).evaluate(m.zero())
+
+
+def test_as_a_coupling_of_two_modes_turns_them():
+    """Against the eigenvectors of matrices in which two modes are coupled by a hundredth of what a
+    sound model may miss, one other mode after the other."""
+    table, point = seen(-3.0)
+    m, modes = point.residual.model, point.modes
+    K, M = (x.toarray() for x in (point.matrices.K, point.matrices.M))
+    rows = [m.place[c] for c in CHANNELS]
+    for i in range(4):
+        phi, lam = modes.shapes[:, i], modes.eigenvalues[i]
+        squares, scale = np.zeros(len(rows)), np.abs(phi[rows]).max() / 3.0
+        for b in range(len(modes.eigenvalues)):
+            if b == i:
+                continue
+            e = 2.0 * FREQUENCY_DISCREPANCY * np.sqrt(lam * modes.eigenvalues[b]) / 100.0
+            both = np.outer(M @ phi, M @ modes.shapes[:, b])
+            _, V = eigh(K + e * (both + both.T), M)
+            now = V[:, np.argmax(np.abs(V.T @ M @ phi))]
+            now = now * np.sign(now @ M @ phi)
+            squares += (100.0 * (now - phi)[rows] / scale) ** 2
+        # a coupling turns a mode by less than to first order, the more so the nearer the other is
+        assert mixed(point, 0, table)[i] == pytest.approx(np.sqrt(squares), rel=0.05, abs=1e-4)
+
+
+def test_nearness_is_what_was_measured_where_both_were():
+    table, point = seen()
+    apart = mixed(point, 0, table)
+    f = table.frequency.copy()
+    f[3] = 1.0001 * f[2]
+    near = replace(point.residual, fit=(replace(table, frequency=f),))
+    close = mixed(replace(point, residual=near), 0, near.fit[0])
+    rows = [point.residual.model.place[c] for c in CHANNELS]
+    other = np.abs(point.modes.shapes[rows, 3]) / np.abs(point.modes.shapes[rows, 2]).max()
+    assert np.all(close[2] >= 0.999 * other)  # turned into it wholly
+    assert np.all(apart[2] < 0.3 * other.max())
+    assert close[0] == pytest.approx(apart[0], rel=0.5)  # further away it hardly matters
+
+
+def test_without_shapes_there_is_nothing_to_turn():
+    table, point = seen()
+    bare = replace(table, shapes=None, shape_std=None, channels=())
+    assert mixed(point, 0, bare).shape == (4, 0)
