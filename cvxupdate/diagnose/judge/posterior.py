@@ -30,8 +30,9 @@ def log_odds(w: Weighed, case: Case) -> float:
         figures, fits = float(len(w.fit.p)), -0.5 * w.fit.damping_strain
     else:
         figures, fits = w.fit.independent, w.fit.log_evidence + w.held_out
-    sought = bool(w.freed) or not only_a_rig(w.hypothesis)
-    file = case.evidence.file
+    file, rig = case.evidence.file, only_a_rig(w.hypothesis)
+    common = file is None or not w.hypothesis.effects  # to all tests, or nothing at all
+    sought = bool(w.freed) or not (rig and common)
     odd = 0 if file is None else unheard_of(w.hypothesis, file)
     return (
         fits - price(w.unknowns, figures) - sought * float(np.log(case.places)) - odd * STRONG / 2
