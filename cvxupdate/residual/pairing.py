@@ -13,6 +13,7 @@ from cvxupdate.errors import InputError
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.modes import Modes, model_modes
 from cvxupdate.recordings.types import ModeTable
+from cvxupdate.residual.book import AGAIN, Book
 from cvxupdate.residual.shape_rows import (
     Index,
     Who,
@@ -25,10 +26,6 @@ from cvxupdate.residual.shape_rows import (
 
 FAR = 0.5  # of MAC for each unit of the logarithm of a frequency ratio
 MARGIN = 6  # model modes beyond the highest paired one, for modes that cross
-# relative distance of frequencies in two tables that are one mode measured twice (between tests of
-# one structure they differ by less)
-AGAIN = 0.01
-TELLING = 3  # pairs of which one may be odd
 
 
 @dataclass(frozen=True)
@@ -43,55 +40,6 @@ class Start:
     modes: Modes
     places: tuple[Index, ...]
     loose: tuple[NDArray[np.bool_], ...] = ()
-
-
-@dataclass(frozen=True)
-class _Book:
-    """The pairing in the making: ``places`` among the flexible modes, ``taken`` by whom first,
-    ``loose`` as in `Start`."""
-
-    tables: Sequence[ModeTable]
-    flexible: Modes
-    places: list[Index]
-    loose: list[NDArray[np.bool_]]
-    taken: dict[int, Who]
-
-    def free(self) -> Index:
-        return np.array(
-            [i for i in range(len(self.flexible.eigenvalues)) if i not in self.taken],
-            dtype=np.int64,
-        )
-
-    def pair(self, k: int, i: int, mode: int, loose: bool = False) -> None:
-        self.places[k][i], self.loose[k][i] = mode, loose
-        self.taken.setdefault(mode, (k, i))
-
-    @property
-    def apart(self) -> list[float]:
-        """By how much each paired mode of the model lies above its measured one, logarithms."""
-        f = self.flexible.frequencies
-        return [
-            float(np.log(f[mode] / table.frequency[i]))
-            for table, places in zip(self.tables, self.places, strict=True)
-            for i, mode in enumerate(places.tolist())
-            if mode >= 0
-        ]
-
-    @property
-    def off(self) -> float:
-        """The factor by which the model's frequencies are off as a whole, by the modes that are
-        paired; 1 of so few that one odd pair would be the median."""
-        apart = self.apart
-        return float(np.exp(np.median(apart))) if len(apart) >= TELLING else 1.0
-
-    def shared(self, k: int, i: int, mode: int) -> bool:
-        """Whether mode ``i`` of table ``k`` may have a mode of the model that another table has
-        already: that one says `mode` too, or it is the same again."""
-        if mode in self.places[k]:
-            return False
-        other, j = self.taken[mode]
-        f, g = self.tables[k].frequency[i], self.tables[other].frequency[j]
-        return int(self.tables[other].pairs[j]) == mode + 1 or bool(abs(f - g) <= AGAIN * f)
 
 
 def needed_modes(tables: Sequence[ModeTable]) -> int:
@@ -148,7 +96,7 @@ def start_pairing(
         When the rule cannot pair every mode: a fixed partner that is not there or is used twice in
         a table, no shapes for "mac".
     """
-    book = _Book(
+    book = Book(
         tables,
         modes.flexible(),
         [np.full(len(t.frequency), -1, dtype=np.int64) for t in tables],
@@ -169,7 +117,7 @@ def start_pairing(
     )
 
 
-def _pair(model: Model, book: _Book, numbers: Sequence[int], rule: str, strict: bool) -> None:
+def _pair(model: Model, book: Book, numbers: Sequence[int], rule: str, strict: bool) -> None:
     """Pair the tables ``numbers``; a partner that is taken is an error, or where not ``strict``
     leaves the mode without one."""
     open_: list[tuple[int, int]] = []
@@ -229,7 +177,7 @@ def _pair(model: Model, book: _Book, numbers: Sequence[int], rule: str, strict: 
 
 
 def _again(
-    model: Model, book: _Book, open_: Sequence[Who], numbers: Sequence[int]
+    model: Model, book: Book, open_: Sequence[Who], numbers: Sequence[int]
 ) -> dict[Who, Who]:
     """Open modes that another table measured too, each with that one; of two that are open, the one
     with the fuller shape stays to be paired."""
@@ -261,7 +209,7 @@ def _again(
     return out
 
 
-def _by_shape(model: Model, book: _Book, open_: list[tuple[int, int]]) -> list[tuple[int, int]]:
+def _by_shape(model: Model, book: Book, open_: list[tuple[int, int]]) -> list[tuple[int, int]]:
     """Pair by MAC the open modes that have shapes; returns those still open."""
     left = []
     for k in sorted({k for k, _ in open_}):
