@@ -13,8 +13,8 @@ from cvxupdate.diagnose.modes.common import ALIKE
 from cvxupdate.diagnose.types import Real
 from cvxupdate.fe.model import Model
 from cvxupdate.recordings.types import ModeTable
-from cvxupdate.residual.modal import modal_residual
 from cvxupdate.residual.book import AGAIN
+from cvxupdate.residual.modal import modal_residual
 from cvxupdate.residual.shape_rows import real_shapes
 
 Known = tuple[int, float, dict[str, float]]  # mode of the model, frequency (Hz), entries by label
