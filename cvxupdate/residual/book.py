@@ -56,8 +56,12 @@ class Book:
     def off(self) -> float:
         """The factor by which the model's frequencies are off as a whole, by the modes that are
         paired; 1 of so few that one odd pair would be the median."""
-        apart = self.apart
-        return float(np.exp(np.median(apart))) if len(apart) >= TELLING else 1.0
+        return float(np.exp(np.median(self.apart))) if self.telling else 1.0
+
+    @property
+    def telling(self) -> bool:
+        """Whether enough modes are paired to say how far the model is off as a whole."""
+        return len(self.apart) >= TELLING
 
     def shared(self, k: int, i: int, mode: int) -> bool:
         """Whether mode ``i`` of table ``k`` may have a mode of the model that another table has

@@ -25,6 +25,8 @@ from cvxupdate.residual.shape_rows import (
 )
 
 FAR = 0.5  # of MAC for each unit of the logarithm of a frequency ratio
+# logarithm of a frequency ratio that no gross effect makes beside the modes that are paired
+GROSS = 0.4
 MARGIN = 6  # model modes beyond the highest paired one, for modes that cross
 
 
@@ -234,7 +236,10 @@ def _by_shape(model: Model, book: Book, open_: list[tuple[int, int]]) -> list[tu
         apart -= np.log(table.frequency[np.array(chosen)[found.measured]])
         # what is further off than all are together is another mode that a few sensors see alike
         together = np.median([*book.apart, *apart]) if len(apart) else 0.0
-        near = found.mac > FAR * np.abs(apart - together)
+        off = np.abs(apart - together)
+        near = found.mac > FAR * off
+        if book.telling:
+            near &= off <= GROSS
         for a, x in zip(found.model[near], found.measured[near], strict=True):
             book.pair(k, chosen[int(x)], int(free[a]))
         paired = {chosen[int(x)] for x in found.measured[near]}

@@ -15,6 +15,7 @@ from cvxupdate.fe.model import Model
 from cvxupdate.recordings.types import ModeTable
 from cvxupdate.residual.book import AGAIN
 from cvxupdate.residual.modal import modal_residual
+from cvxupdate.residual.pairing import FAR
 from cvxupdate.residual.shape_rows import real_shapes
 
 Known = tuple[int, float, dict[str, float]]  # mode of the model, frequency (Hz), entries by label
@@ -31,11 +32,12 @@ def as_before(
 
 
 def _known(model: Model, before: Sequence[ModeTable]) -> list[Known]:
-    """Each mode of the model that the reference has, as it was first measured there."""
-    fit, hold = ([t for t in before if (t.origin.use == "fit") == use] for use in (True, False))
-    point = modal_residual(model, fit, hold, False).evaluate(model.zero())
+    """Each mode of the model that the reference shows in a table to fit, as it was first measured
+    there."""
+    fit = [t for t in before if t.origin.use == "fit"]
+    point = modal_residual(model, fit, (), False).evaluate(model.zero())
     found: dict[int, Known] = {}
-    for table, places in zip((*fit, *hold), point.places, strict=True):
+    for table, places in zip(fit, point.places, strict=True):
         for i, at in enumerate(places.tolist()):
             mode = int(at) - point.modes.rigid + 1
             if at >= 0 and mode > 0 and table.shapes is not None:
@@ -69,7 +71,9 @@ def _paired(table: ModeTable, known: Sequence[Known], taken: dict[int, float]) -
     ]
     f = np.array([m[1] for m in free]), table.frequency[[i for i, _ in mine]]
     found = pair_modes(phi[0], phi[1], f[0], f[1], threshold=ALIKE)
-    for a, x in zip(found.model.tolist(), found.measured.tolist(), strict=True):
+    apart = FAR * np.abs(np.log(f[0][found.model] / f[1][found.measured]))
+    near = found.mac >= ALIKE + apart  # few sensors see many a mode alike
+    for a, x in zip(found.model[near].tolist(), found.measured[near].tolist(), strict=True):
         mode, here = free[a][0], float(f[1][x])
         if abs(taken.setdefault(mode, here) - here) <= AGAIN * here:
             pairs[mine[x][0]] = mode
