@@ -63,7 +63,7 @@ class Common:
         spread = None if shapes is None else np.full(shapes.shape, np.nan)
         for i, at in enumerate(places):
             known = self.modes.get(int(at))
-            if known is None or _unlike(table, i, int(at), point):
+            if known is None or unlike(table, i, int(at), point):
                 continue
             moved = self.open * abs(table.frequency[i] / _own(point, int(at)) - 1.0 - known.shift)
             f[i] = table.frequency[i] / (1.0 + known.shift)
@@ -113,7 +113,7 @@ def _modelled(table: ModeTable, at: int, point: ModalPoint) -> Real:
     return np.asarray(shape / np.nanmax(np.abs(shape), initial=1e-300))
 
 
-def _unlike(table: ModeTable, i: int, at: int, point: ModalPoint) -> bool:
+def unlike(table: ModeTable, i: int, at: int, point: ModalPoint) -> bool:
     """Whether a measured shape is not that of the model's mode; False where there is none."""
     if table.shapes is None or not np.any(np.isfinite(table.shapes[i])):
         return False

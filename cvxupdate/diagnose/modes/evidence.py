@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from cvxupdate.diagnose.budget import Budget
 from cvxupdate.diagnose.fit import Fit, fitted_at
 from cvxupdate.diagnose.modes.alike import alike_of
-from cvxupdate.diagnose.modes.figures import modes_shown
+from cvxupdate.diagnose.modes.figures import modes_shown, with_counterparts
 from cvxupdate.diagnose.modes.finite_size import BASIS, local, scan
 from cvxupdate.diagnose.modes.first_order import columns_of, first_order, linearised
 from cvxupdate.diagnose.modes.fits import fitted_from, space_around
@@ -109,9 +109,9 @@ class ModesEvidence(Linear):
     def _drawn(self) -> ModalPoint:
         """The file as it came, mesh included."""
         if self.came is None and not self.fine.finer:
-            return self.nominal_point
+            return with_counterparts(self.nominal_point)
         file = (self.came or self.original).with_parameters(())
-        return setting_of(file, self.tables).evaluate(file.zero())
+        return with_counterparts(setting_of(file, self.tables).evaluate(file.zero()))
 
     @cached_property
     def _space(self) -> Space | None:

@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
+import numpy as np
+
+from cvxupdate.diagnose.modes.common import unlike
 from cvxupdate.diagnose.shown import ModeError, Shown, places
 from cvxupdate.physics.effect import Effect
 from cvxupdate.residual.modal import ModalPoint
+from cvxupdate.residual.pairing import GROSS
 
 
 def modes_shown(
@@ -21,3 +26,16 @@ def modes_shown(
             for x, a, b in zip(table.frequency, f, g, strict=True)
         ]
     return Shown((), (), tuple(out), *places(scores))
+
+
+def with_counterparts(point: ModalPoint) -> ModalPoint:
+    """Without the pairs that are none: what a model has no mode for (one that came with a hidden
+    oscillator) was paired by elimination, with a mode that is far off and looks like another."""
+    places = [at.copy() for at in point.places]
+    for k, table in enumerate(point.residual.tables):
+        ratios = point.frequencies(k) / table.frequency
+        for i in np.flatnonzero(places[k] >= 0).tolist():
+            far = not np.exp(-GROSS) <= ratios[i] <= np.exp(GROSS)
+            if far and unlike(table, i, int(places[k][i]), point):
+                places[k][i] = -1
+    return replace(point, places=tuple(places))
