@@ -7,17 +7,14 @@ from collections.abc import Sequence
 import numpy as np
 
 from cvxupdate.diagnose.fit import Fit
-from cvxupdate.diagnose.modes.first_order import BASIS, columns_of, linearised
+from cvxupdate.diagnose.modes.first_order import block_columns, columns_of, linearised
 from cvxupdate.diagnose.screen.projection import Linearised, Projection, norms
 from cvxupdate.diagnose.settings import NEIGHBOURING
 from cvxupdate.diagnose.types import Real
 from cvxupdate.fe.block import Index
-from cvxupdate.fe.model import DerivativeBlock
-from cvxupdate.fe.modes import natural_modes
-from cvxupdate.fe.rigid import rigid_body_modes
 from cvxupdate.physics.attached_resonator import hidden_label
 from cvxupdate.physics.effect import Effect, HiddenOscillator
-from cvxupdate.residual.block_columns import BlockColumns
+from cvxupdate.physics.growth import at_once
 from cvxupdate.residual.modal import ModalPoint
 
 
@@ -64,16 +61,8 @@ def oscillators_alike(
     ]
     K, M = point.matrices.K, point.matrices.M
     own = float(K[hidden, hidden] / M[hidden, hidden])
-    many = natural_modes(K, M, min(model.size, BASIS), rigid_body_modes(model, K, M))
-    columns = BlockColumns.of(point, many)
-    unit = np.ones((1, 1, 1))
-    J = np.stack(
-        [
-            columns.of_blocks([DerivativeBlock(np.array([[r]]), unit, None, None, None)])
-            for r in rows
-        ],
-        axis=1,
-    )
+    columns, unit = block_columns(found), np.ones((1, 1))
+    J = np.stack([columns.of_blocks(at_once((r,), "K", unit)[0]) for r in rows], axis=1)
     _, weights, _ = point.differences
     at = point.modes.eigenvalues[_places_of_rows(point)]
     J *= (weights * at / np.where(at == own, np.inf, at - own))[:, None]
@@ -85,11 +74,10 @@ def oscillators_alike(
 
 def _places_of_rows(point: ModalPoint) -> Index:
     """Place of the mode that each row of the differences is of, (rows,)."""
-    fitted = point.places[: len(point.residual.fit)]
-    parts = [q[q >= 0] for q in fitted]
+    parts = [point.paired]
     for _, _, place, sensors, _, _ in point.shape_rows() if point.residual.shapes else ():
         parts.append(np.full(len(sensors), place))
-    return np.concatenate([np.zeros(0, dtype=np.int64), *parts])
+    return np.concatenate(parts)
 
 
 def _in_proportion(left: Projection, J: Real, others: Sequence[Effect]) -> list[Effect]:

@@ -26,13 +26,17 @@ def linearised(fit: Fit) -> Linearised:
     return Linearised(A, -weights * values, fit.point.p, fit.setting.scales)
 
 
+def block_columns(fit: Fit) -> BlockColumns:
+    """Derivatives of the rows of a fit along changes of single blocks."""
+    model, K, M = fit.setting.model, fit.point.matrices.K, fit.point.matrices.M
+    rigid = rigid_body_modes(model, K, M)
+    return BlockColumns.of(fit.point, natural_modes(K, M, min(model.size, BASIS), rigid))
+
+
 def columns_of(fit: Fit, effects: Sequence[Effect]) -> list[Real | None]:
     """Weighted columns (rows, n) of each effect; None where it has none."""
-    point, model = fit.point, fit.setting.model
-    K, M = point.matrices.K, point.matrices.M
-    many = natural_modes(K, M, min(model.size, BASIS), rigid_body_modes(model, K, M))
-    columns = BlockColumns.of(point, many)
-    _, weights, _ = point.differences
+    columns = block_columns(fit)
+    _, weights, _ = fit.point.differences
     single: dict[tuple[str, int], Real] = {}
     out: list[Real | None] = []
     for e in effects:

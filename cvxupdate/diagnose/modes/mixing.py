@@ -33,14 +33,13 @@ def mixed(point: ModalPoint, k: int, table: ModeTable) -> Real:
         largest = np.max(np.abs(phi[:, at]), initial=0.0)
         if at < modes.rigid or largest <= 0.0:
             continue
-        others = np.array([b for b in range(modes.rigid, len(lam)) if b != at], dtype=np.int64)
-        both = np.isfinite(known[others]) & np.isfinite(known[at])
-        here = np.where(both, known[at], lam[at])
-        there = np.where(both, known[others], lam[others])
-        gap = np.abs(here - there) / np.sqrt(here * there)
+        both = np.isfinite(known) & np.isfinite(known[at])
+        here, there = np.where(both, known[at], lam[at]), np.where(both, known, lam)
+        gap = np.abs(here - there) / np.sqrt(np.maximum(here * there, np.finfo(float).tiny))
         turn = np.minimum(2.0 * FREQUENCY_DISCREPANCY / np.maximum(gap, 1e-12), 1.0)
+        turn[: modes.rigid], turn[at] = 0.0, 0.0
         size = np.nanmax(np.abs(shapes[i]), initial=0.0) / largest
-        out[i] = size * np.sqrt(np.sum((phi[:, others] * turn) ** 2, axis=1))
+        out[i] = size * np.linalg.norm(phi * turn, axis=1)
     return out
 
 
