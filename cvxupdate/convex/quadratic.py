@@ -10,7 +10,7 @@ order, which tests/convex/test_quadratic.py shows for every member of the regist
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -94,7 +94,7 @@ def quadratic_program(
     return ConeProgram(
         sp.csc_array((diagonal[kept], kept, counts), shape=(size, size)),
         np.zeros(size),
-        sp.csc_array((whole[0], (whole[1], whole[2])), shape=(len(right), size)),
+        _by_columns(whole, (len(right), size)),
         right,
         Cones(zero, inequalities, psd=orders),
     ), defining
@@ -132,6 +132,15 @@ def _stacked(parts: Iterable[tuple[Entries, int]]) -> Entries:
         columns.append(j)
         at += count
     return np.concatenate(values), np.concatenate(rows), np.concatenate(columns)
+
+
+def _by_columns(entries: Sequence[Any], shape: tuple[int, int]) -> sp.csc_array:
+    """No two entries in one place, and those of a column by rising rows: what SciPy would have to
+    find out."""
+    values, rows, columns = entries
+    order = np.argsort(columns, kind="stable")
+    ends = np.append(0, np.cumsum(np.bincount(columns, minlength=shape[1])))
+    return sp.csc_array((values[order], rows[order], ends), shape=shape)
 
 
 def region(centre: Array, radius: Array) -> list[tuple[Entries, Array]]:

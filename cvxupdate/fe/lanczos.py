@@ -16,7 +16,7 @@ from cvxupdate.fe.elements.base import Real
 from cvxupdate.fe.subspace import Apply, independent
 
 WIDE = 4  # times what is sought: a basis that has grown so far is reduced to half of it
-ACCURACY = 1e-12  # what a step leaves of an eigenvector, over its eigenvalue
+ACCURACY = 1e-10  # of an eigenvalue, what a step leaves: a last inverse iteration takes it to 1e-12
 OFTEN = 10  # eigenvalues of the small matrix are taken each time it has grown by a tenth
 RESTARTS = 300
 ROUNDING = 1e-13  # of a block's size: columns that small are rounding of what was taken away

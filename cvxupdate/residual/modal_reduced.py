@@ -9,11 +9,11 @@ steps may go where one linearisation would not do (reduced bases with derivative
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-import scipy.linalg as la
 import scipy.sparse as sp
+from scipy.linalg.lapack import dsyevd
 
 from cvxupdate.errors import ModelError
 from cvxupdate.fe.elements.base import Real
@@ -56,7 +56,7 @@ class ReducedModal:
         if np.max(np.abs(p - self.p) / self.unit, initial=0.0) > self.reach:
             raise ModelError("the small model is not trusted so far from the points it knows.")
         change = np.tensordot(p - self.p, self.parts, axes=1)
-        values, turn = la.eigh(self.stiffness + change, check_finite=False)
+        values, turn, _ = dsyevd(self.stiffness + change)
         if values[0] <= 0.0:
             raise ModelError("the stiffness matrix is not positive definite.")
         count = self.residual.count
@@ -117,10 +117,14 @@ def reduced_modal(
     derivatives = r.derivatives(here.p)
     if derivatives.stack is None:
         return None
-    V = _orthonormal(np.hstack(known), here.matrices.M)
+    M = here.matrices.M.copy()
+    M.eliminate_zeros()  # K and M share a pattern, and M may be far emptier
+    V = _orthonormal(np.hstack(known), M)
     K = V.T @ (here.matrices.K @ V)
     parts = _reduced(derivatives.stack["K"], derivatives.count, V)
-    return ReducedModal(r, here.matrices, here.p, V, (K + K.T) / 2.0, parts, reach, unit)
+    return ReducedModal(
+        r, replace(here.matrices, M=M), here.p, V, (K + K.T) / 2.0, parts, reach, unit
+    )
 
 
 def _orthonormal(X: Real, M: sp.csc_array) -> Real:
@@ -129,7 +133,7 @@ def _orthonormal(X: Real, M: sp.csc_array) -> Real:
     for _ in range(2):
         gram = X.T @ (M @ X)
         scale = 1.0 / np.sqrt(gram.diagonal())
-        weights, V = la.eigh(gram * scale * scale[:, None], check_finite=False)
+        weights, V, _ = dsyevd(gram * scale * scale[:, None])
         keep = weights > INDEPENDENT * weights[-1]
         X = X @ (scale[:, None] * (V[:, keep] / np.sqrt(weights[keep])))
     return X

@@ -19,7 +19,7 @@ from cvxupdate.fe.elements.base import Real
 from cvxupdate.fe.factor import Factored
 
 ITERATIONS = 200
-ACCURATE = 1e-10  # relative decrease of the preconditioned residual: below what the modes are known
+ACCURATE = 1e-8  # relative decrease of the preconditioned residual: what the modes are known to
 
 
 @dataclass(frozen=True)

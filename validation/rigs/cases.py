@@ -13,7 +13,7 @@ from validation.rigs import effects, families, rig
 from validation.rigs.bench import Op, Structure, build
 from validation.rigs.drawing import Drawing, Generator
 from validation.rigs.effects import Truth
-from validation.rigs.response import Modal, modal, natural
+from validation.rigs.response import Modal, as_before, modal, natural
 
 Real = NDArray[np.float64]
 STIFFNESS, MASS = 0.02, 0.012  # rolled metal: deviation of E and of mass per metre of a group
@@ -76,7 +76,11 @@ class Case:
 
     def modal(self, drive: int = 0, concealed: bool = True) -> Modal:
         """Its modes, windows of a hammer test included in their damping."""
-        m = modal(self.bench(drive, concealed), self.scatter, self.zeta)
+        m = modal(self.bench(drive, False), self.scatter, self.zeta)
+        if concealed and self.concealed:
+            now = modal(self.bench(drive, True), self.scatter, self.zeta)
+            zeta = as_before(now, m, self.drawing.places(), len(self.zeta))
+            m = replace(now, zeta=zeta)
         alpha = sum(t.alpha for t in self.rig)
         return replace(m, zeta=m.zeta + alpha / (2.0 * np.maximum(m.omega, 1e-3)))
 

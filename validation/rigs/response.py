@@ -8,11 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.linalg as sl
 from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
 
 from validation.rigs.bench import Structure
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
+MORE = 8  # modes beyond those that were there, among which these are found again
 COUPLED = 60  # undamped modes that dashpots are seen through, in tables
 
 
@@ -85,3 +87,23 @@ def natural(K: Real, M: Real) -> tuple[Real, Real]:
     """(ω, shapes with unit modal mass), lowest first; what moves freely has ω = 0."""
     values, shapes = sl.eigh(K, M)
     return np.sqrt(np.maximum(values, 0.0)), shapes
+
+
+def paired(f: Real, shapes: Real, g: Real, others: Real) -> NDArray[np.intp]:
+    """Which of the other modes belongs to each: shapes first, then frequencies."""
+    norms = np.sum(shapes**2, axis=0)[:, None] * np.sum(others**2, axis=0)
+    mac = (shapes.T @ others) ** 2 / np.maximum(norms, 1e-300)
+    cost = 1.0 - mac + np.minimum(1.0, np.abs(np.log(f[:, None] / np.maximum(g, 1e-9))))
+    rows, columns = linear_sum_assignment(cost)
+    return np.asarray(columns[np.argsort(rows)])
+
+
+def as_before(m: Modal, before: Modal, places: Sequence[tuple[int, str]], first: int) -> Real:
+    """Fractions of critical (modes,) of a structure that was changed: the ``first`` modes of it
+    ``before`` keep theirs, wherever they went, since a mode's losses do not change with its
+    number; what came has the last of them."""
+    n = min(first, len(before.omega))
+    old, new = before.rows(places)[:, :n], m.rows(places)[:, : n + MORE]
+    out = np.full(len(m.omega), before.zeta[-1])
+    out[paired(before.omega[:n], old, m.omega[: n + MORE], new)] = before.zeta[:n]
+    return out

@@ -17,12 +17,12 @@ from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq, linear_sum_assignment
+from scipy.optimize import brentq
 from scipy.stats import chi2, ncx2
 
 from validation.rigs.bench import Structure
 from validation.rigs.cases import MASS, STIFFNESS, Case, without
-from validation.rigs.response import Modal, modal
+from validation.rigs.response import Modal, modal, paired
 
 Real = NDArray[np.float64]
 KEPT = 70  # modes that a fit sees the structure through
@@ -164,12 +164,3 @@ def _table(
 
     modes = int(np.sum(rest.modal().omega < 2.0 * np.pi * 1.2 * case.top)) if losses else 0
     return data(f, z, target), predict, modes
-
-
-def paired(f: Real, shapes: Real, g: Real, others: Real) -> NDArray[np.intp]:
-    """Which of the other modes belongs to each: shapes first, then frequencies."""
-    norms = np.sum(shapes**2, axis=0)[:, None] * np.sum(others**2, axis=0)
-    mac = (shapes.T @ others) ** 2 / np.maximum(norms, 1e-300)
-    cost = 1.0 - mac + np.minimum(1.0, np.abs(np.log(f[:, None] / np.maximum(g, 1e-9))))
-    rows, columns = linear_sum_assignment(cost)
-    return np.asarray(columns[np.argsort(rows)])

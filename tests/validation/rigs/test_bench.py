@@ -16,7 +16,7 @@ from validation.rigs import cases, families
 from validation.rigs.bench import build
 from validation.rigs.drawing import Drawing, Line, Plate, Section
 from validation.rigs.plates import Series
-from validation.rigs.response import modal, natural
+from validation.rigs.response import as_before, modal, natural
 
 E, NU, RHO = 207e9, 0.3, 7850.0
 SECTION = Section.rectangle(0.04, 0.01)
@@ -232,6 +232,19 @@ def test_an_analysts_mesh_is_coarse_and_the_truth_is_converged():
     assert np.all(off[:good] <= cases.MESH) and off[good] > cases.MESH
     finer = natural(*build(beam(24), []).matrices({}))[0]
     assert fine[:8] == pytest.approx(finer[:8], rel=1e-5)
+
+
+def test_a_mode_that_comes_takes_no_other_ones_damping():
+    d = beam()
+    zeta = np.array([0.004, 0.009, 0.002, 0.006])
+    bare = modal(build(d, (), False, False), {}, zeta)
+    k = 0.02 * bare.omega[1] ** 2 * 0.9  # 20 g between the first and the second mode
+    ops = [{"do": "hidden", "node": 5, "dof": "z", "m": 0.02, "k": k, "c": 0.0}]
+    now = modal(build(d, ops, False, False), {}, zeta)
+    kept = as_before(now, bare, d.places(), len(zeta))
+    came = int(np.argmin(np.abs(now.omega - np.sqrt(k / 0.02))))
+    assert came in (1, 2)
+    assert kept[:5].tolist() == [*zeta[:came], zeta[-1], *zeta[came:]]
 
 
 def test_the_laboratory_shares_nothing_with_the_package():
