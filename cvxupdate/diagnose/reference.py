@@ -189,7 +189,7 @@ def likeliest(judgement: Judgement) -> Weighed:
     tried = [
         w
         for w in (*judgement.several, *judgement.singles)
-        if sound(w.hypothesis, case.evidence.band[0]) and better(w, case.base, case)
+        if sound(w.hypothesis, case.evidence) and better(w, case.base, case)
     ]
     best = max(tried, key=lambda w: log_odds(w, case), default=case.base)
     rigs = [w for w in tried if only_a_rig(w.hypothesis)]

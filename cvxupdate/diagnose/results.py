@@ -10,7 +10,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from cvxupdate.diagnose.settings import AS_LIKELY, LEAST_SIZE, STATED
+from cvxupdate.diagnose.settings import AS_LIKELY, LEAST_SIZE, SEEN_SIZE, STATED
 from cvxupdate.fe.model import Model
 from cvxupdate.physics.effect import Effect
 from cvxupdate.physics.fault import Fault
@@ -21,7 +21,13 @@ Real = NDArray[np.float64]
 
 def in_words(effect: Effect, values: Mapping[str, float], deviations: Mapping[str, float]) -> str:
     """What an effect says, and which of several figures it does not tell: those that are less than
-    twice their deviations."""
+    twice their deviations. One that is there without a size says so."""
+    first = effect.figures[0] if effect.figures else None
+    if first is not None and first.nothing is not None:
+        size = abs(values[first.name] - first.nothing)
+        untold = effect.type.sizeless(effect, values)
+        if untold and size < SEEN_SIZE * deviations.get(first.name, 0.0):
+            return untold
     vague = [n for n, x in values.items() if abs(x) < LEAST_SIZE * deviations.get(n, 0.0)]
     if len(values) < 2 or not vague:
         return effect.says(values)

@@ -102,14 +102,28 @@ class AttachedResonator(EffectType):
     def says(self, effect: Effect, values: Mapping[str, float]) -> str:
         """Mass, frequency and spring."""
         m, k = values["m"], values["k"]
-        f = math.sqrt(k / m) / (2.0 * math.pi) if m > 0 and k > 0 else math.nan
         spring = quantity(k, stiffness_unit(effect.place))
         shaker = ": the shaker's armature on its stinger" if effect.spot else ""
         spot = effect.spot or at(effect.place)
         return (
             f"Something of {quantity(m, 'kg')} swings on its own {spot}, "
-            f"at {number(f)} Hz (on a spring of {spring}), that the model does not know{shaker}."
+            f"at {number(_tuning(m, k))} Hz (on a spring of {spring}), that the model does not "
+            f"know{shaker}."
         )
+
+    def sizeless(self, effect: Effect, values: Mapping[str, float]) -> str:
+        """Its frequency, which its own mode tells."""
+        m = values["m"]
+        return (
+            f"Something swings on its own {at(effect.place)}, at "
+            f"{number(_tuning(m, values['k']))} Hz, that the model does not know; how heavy it is "
+            f"these recordings do not tell ({quantity(m, 'kg')} would do)."
+        )
+
+
+def _tuning(m: float, k: float) -> float:
+    """Hz."""
+    return math.sqrt(k / m) / (2.0 * math.pi) if m > 0 and k > 0 else math.nan
 
 
 def hidden_label(label: str, kind: str) -> str:

@@ -58,6 +58,11 @@ class EffectType(ABC):
     def says(self, effect: Effect, values: Mapping[str, float]) -> str:
         """One sentence that a technician understands; ``values`` are the contract's figures."""
 
+    def sizeless(self, effect: Effect, values: Mapping[str, float]) -> str:
+        """The sentence where recordings say that it is there, but not how large; "" where what has
+        no size is not there."""
+        return ""
+
     def plainly(self, values: Mapping[str, float], deviations: Mapping[str, float]) -> bool:
         """Whether figures say no more than those of a plainer effect at the same place do."""
         return False

@@ -12,6 +12,7 @@ regular: on a free one eigsh at sigma = 0 has no answer (last table).
 from __future__ import annotations
 
 import json
+import os
 import resource
 import subprocess
 import sys
@@ -127,6 +128,7 @@ def apart(
         text=True,
         timeout=limit,
         cwd=ROOT,
+        env={"OPENBLAS_NUM_THREADS": "1", **os.environ},  # as the command sets it; MKL has its own
     )
     if done.returncode:
         return done.stderr.strip().splitlines()[-1]

@@ -119,8 +119,8 @@ class ByModes:
         told = self.told
         if told is None:
             return []
-        bottom = told.case.evidence.band[0]
-        tried = [w for w in (*told.several, *told.singles) if sound(w.hypothesis, bottom)]
+        evidence = told.case.evidence
+        tried = [w for w in (*told.several, *told.singles) if sound(w.hypothesis, evidence)]
         ranked = sorted(tried, key=lambda w: -log_odds(w, told.case))
         first = [] if told.final is None else [told.final]
         return [w.hypothesis for w in [*first, *(w for w in ranked if w not in first)][:STAYING]]

@@ -121,7 +121,7 @@ def graded(tried: Sequence[Weighed], case: Case) -> Graded | None:
 
 
 def _good(w: Weighed, case: Case) -> bool:
-    return sound(w.hypothesis, case.evidence.band[0]) and better(w, case.base, case)
+    return sound(w.hypothesis, case.evidence) and better(w, case.base, case)
 
 
 def _members(owner: int, w: Weighed, model: Model) -> Iterator[_Member]:

@@ -156,7 +156,7 @@ def _likeliest(candidates: Sequence[Weighed], case: Case) -> Weighed | None:
     """Of those that rest on sizes that are there, and that what was held out does not refute as
     long as there are such; where two are as likely the one that adds less to the file's elements,
     then in the order of the search."""
-    there = [w for w in candidates if sound(w.hypothesis, case.evidence.band[0])]
+    there = [w for w in candidates if sound(w.hypothesis, case.evidence)]
     held = [w for w in there if not refuted(w, case)]
 
     def rank(w: Weighed) -> tuple[float, int]:

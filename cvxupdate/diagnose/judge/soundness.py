@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Protocol
+
 import numpy as np
 
 from cvxupdate.diagnose.hypothesis import Figures, Hypothesis
@@ -20,22 +22,35 @@ from cvxupdate.fe.model import Model
 from cvxupdate.fe.parameters import Parameter
 from cvxupdate.physics.attached_resonator import hidden_label
 from cvxupdate.physics.effect import Effect, HiddenOscillator
+from cvxupdate.recordings.types import ModeTable
 from cvxupdate.residual.modal import ModalPoint
 
 
-def sound(h: Hypothesis, bottom: float) -> bool:
+class Grounds(Protocol):
+    """What of the evidence it depends on."""
+
+    @property
+    def band(self) -> tuple[float, float]:
+        """Lowest and highest frequency, Hz."""
+
+    @property
+    def file(self) -> Model | None:
+        """The model as it came, where a reference state was there to bring it to."""
+
+
+def sound(h: Hypothesis, evidence: Grounds) -> bool:
     """Whether every effect's first unknown is off its bounds and at least `LEAST_SIZE` of its
     standard deviations, the usual scatter of a piece among them, from nothing; an exchange of
     channels has no size, and a compliance may be as large as it can. For what is nearly free
     or nearly rigid has no upper limit, a compliance p counts by the degree of fixity that it
-    leaves, 1 / (1 + p) (Monforton and Wu 1963), a spring to ground by that which it brings.
-    ``bottom`` of the band in Hz."""
+    leaves, 1 / (1 + p) (Monforton and Wu 1963), a spring to ground by that which it brings. An
+    oscillator whose own mode was measured is there, though its mass may hardly be told; whatever
+    its mass, where the reference state had no such mode."""
     fit, at = h.fit, len(h.fit.setting.model.parameters) - sum(e.columns for e in h.effects)
     for effect, figures in zip(h.effects, h.figures, strict=True):
         if effect.change is None:
             exchanged = effect.fault is not None and effect.fault.how == "swap"
-            least = SEEN_SIZE if _swings(h, effect, figures) else LEAST_SIZE
-            if not exchanged and size_of(effect, figures) < least:
+            if not exchanged and size_of(effect, figures) < _least(h, effect, figures, evidence):
                 return False
         else:
             p, q = float(fit.p[at]), fit.setting.model.parameters[at]
@@ -47,24 +62,38 @@ def sound(h: Hypothesis, bottom: float) -> bool:
             if effect.change.series:
                 deviations *= abs(1.0 + p)
             elif effect.type.unlimited and deviations < LEAST_SIZE:
-                deviations *= fixity(h, at, bottom)
+                deviations *= fixity(h, at, evidence.band[0])
             if deviations < LEAST_SIZE:
                 return False
         at += effect.columns
     return True
 
 
-def _swings(h: Hypothesis, effect: Effect, figures: Figures) -> bool:
-    """Whether the motion of a hidden oscillator is most of a mode that was measured, by kinetic
-    energy: its tuning is known then, and that it is there, though its mass may hardly be."""
+def _least(h: Hypothesis, effect: Effect, figures: Figures, evidence: Grounds) -> float:
+    """The deviations that a size must be from nothing."""
+    own = _own_modes(h, effect, figures)
+    if not own:
+        return LEAST_SIZE
+    came = evidence.file is not None and any(table.pairs[row] <= 0 for table, row in own)
+    return 0.0 if came else SEEN_SIZE
+
+
+def _own_modes(h: Hypothesis, effect: Effect, figures: Figures) -> list[tuple[ModeTable, int]]:
+    """The measured modes (table, row) that are for the most part, by kinetic energy, the motion of
+    a hidden oscillator: its tuning is known then."""
     point = h.fit.point
     if not (isinstance(effect.action, HiddenOscillator) and isinstance(point, ModalPoint)):
-        return False
+        return []
     at = point.residual.model.labels.index(
         hidden_label(f"n{effect.place.nodes[0]}", str(effect.place.dof))
     )
-    shapes = point.modes.shapes[at, point.paired]
-    return bool(np.any(figures.values["m"] * shapes**2 >= 0.5))
+    swings = figures.values["m"] * point.modes.shapes[at] ** 2 >= 0.5
+    return [
+        (table, row)
+        for table, places in zip(point.residual.fit, point.places, strict=False)
+        for row, mode in enumerate(places.tolist())
+        if mode >= 0 and swings[mode]
+    ]
 
 
 def said_plainly(h: Hypothesis) -> bool:

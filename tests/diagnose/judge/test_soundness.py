@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -35,13 +36,13 @@ from tests.cases.plain_evidence import (
 )
 
 FIT = PlainFit(1.0)
-BOTTOM = 0.1  # Hz: nothing swings yet
+GROUNDS = SimpleNamespace(band=(0.1, 1e3), file=None)  # Hz: nothing swings yet
 SOFT = 1.0 / (3.0 * 207e9 * 0.04 * 0.012**3 / 12.0)  # m/N, at the tip of the bar of a metre
 
 
 def test_a_size_is_clearly_something() -> None:
-    assert sound(supposed(FIT, effect(), size=0.5, std=0.5 / (1.01 * LEAST_SIZE)), BOTTOM)
-    assert not sound(supposed(FIT, effect(), size=0.5, std=0.5 / (0.99 * LEAST_SIZE)), BOTTOM)
+    assert sound(supposed(FIT, effect(), size=0.5, std=0.5 / (1.01 * LEAST_SIZE)), GROUNDS)
+    assert not sound(supposed(FIT, effect(), size=0.5, std=0.5 / (0.99 * LEAST_SIZE)), GROUNDS)
 
 
 def on_members() -> Effect:
@@ -60,15 +61,15 @@ def test_pieces_of_a_group_scatter_about_their_common_value(of: str, std: float)
 
 def test_a_factor_within_the_scatter_of_its_pieces_is_nothing() -> None:
     least = LEAST_SIZE * PIECE * STIFFNESS_STD
-    assert not sound(supposed(FIT, on_members(), size=0.9 * least, std=1e-6), BOTTOM)
-    assert sound(supposed(FIT, on_members(), size=1.1 * least, std=1e-6), BOTTOM)
-    assert sound(supposed(FIT, effect(), size=0.9 * least, std=1e-6), BOTTOM)
+    assert not sound(supposed(FIT, on_members(), size=0.9 * least, std=1e-6), GROUNDS)
+    assert sound(supposed(FIT, on_members(), size=1.1 * least, std=1e-6), GROUNDS)
+    assert sound(supposed(FIT, effect(), size=0.9 * least, std=1e-6), GROUNDS)
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_a_size_on_its_bound_would_rather_be_elsewhere(side: float) -> None:
-    assert not sound(supposed(FIT, effect(), size=side * (1.0 - 0.5 * AT_BOUND)), BOTTOM)
-    assert sound(supposed(FIT, effect(), size=side * (1.0 - 2.0 * AT_BOUND)), BOTTOM)
+    assert not sound(supposed(FIT, effect(), size=side * (1.0 - 0.5 * AT_BOUND)), GROUNDS)
+    assert sound(supposed(FIT, effect(), size=side * (1.0 - 2.0 * AT_BOUND)), GROUNDS)
 
 
 def test_a_compliance_may_be_as_large_as_it_can() -> None:
@@ -76,8 +77,8 @@ def test_a_compliance_may_be_as_large_as_it_can() -> None:
     joint = effect()
     assert joint.change is not None
     joint = replace(joint, action=replace(joint.change, series=True))
-    assert sound(supposed(FIT, joint, size=1.0), BOTTOM)
-    assert not sound(supposed(FIT, joint, size=-1.0), BOTTOM)
+    assert sound(supposed(FIT, joint, size=1.0), GROUNDS)
+    assert not sound(supposed(FIT, joint, size=-1.0), GROUNDS)
 
 
 @pytest.mark.parametrize("parts", [4, 32])
@@ -100,23 +101,23 @@ def test_a_spring_may_be_nearly_rigid_but_not_nearly_nothing(
     fit = PlainFit(1.0, p=p, deviations=p, setting=PlainSetting(model))  # type: ignore[arg-type]
     h = Hypothesis((spring,), fit)  # type: ignore[arg-type]
     assert fixity(h, 0, 1e-4) == pytest.approx(1.0 + k * SOFT, rel=1e-5)
-    assert sound(h, BOTTOM) is there
+    assert sound(h, GROUNDS) is there
 
 
 def test_every_effect_counts() -> None:
     a, b = effect(), effect(nodes=(2,))
     h = supposed(FIT, a, b)
-    assert sound(h, BOTTOM)
+    assert sound(h, GROUNDS)
     hardly = replace(h.fit, p=h.fit.p * [1.0, 1e-3])  # type: ignore[type-var]
-    assert not sound(replace(h, fit=hardly), BOTTOM)
+    assert not sound(replace(h, fit=hardly), GROUNDS)
 
 
 def test_an_exchange_of_channels_has_no_size() -> None:
     """Its figure is one when it is whole, the same as of a channel without fault."""
     gain = fault("n1.x")
     swap = replace(gain, action=ChannelFault(Fault("n1.x", "swap", other="n2.x")))
-    assert not sound(supposed(FIT, gain, size=0.0), BOTTOM)
-    assert sound(supposed(FIT, swap, size=0.0), BOTTOM)
+    assert not sound(supposed(FIT, gain, size=0.0), GROUNDS)
+    assert sound(supposed(FIT, swap, size=0.0), GROUNDS)
 
 
 @dataclass(frozen=True)
@@ -155,4 +156,11 @@ def test_an_oscillator_whose_mode_was_measured_is_there(
     fit = PlainFit(1.0, p=p, deviations=p + 2.0 / 3.0, setting=PlainSetting(grown), point=point)  # type: ignore[arg-type]
     figures = (physical("m", "kg"), physical("k", "N/m", 1))
     hung = Effect(AttachedResonator(), Place(nodes=(13,), dof="z"), action, figures, 1)
-    assert sound(Hypothesis((hung,), fit), BOTTOM) is there  # type: ignore[arg-type]
+    assert sound(Hypothesis((hung,), fit), GROUNDS) is there  # type: ignore[arg-type]
+    point = replace(point, residual=replace(point.residual, fit=(replace(table, pairs=-pairs),)))
+    untold = replace(fit, deviations=p + 1e3, point=point)  # type: ignore[arg-type]
+    assert not sound(Hypothesis((hung,), untold), GROUNDS)  # type: ignore[arg-type]
+    beside = SimpleNamespace(band=GROUNDS.band, file=bare)
+    assert sound(Hypothesis((hung,), untold), beside) is there, "a mode that came since"
+    paired = replace(fit, deviations=p + 1e3)
+    assert not sound(Hypothesis((hung,), paired), beside), "the reference had it"  # type: ignore[arg-type]
