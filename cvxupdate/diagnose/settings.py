@@ -251,8 +251,8 @@ LAW_SCATTER = 0.1
 # places tried at most: few sensors tell few places apart, and the one that acts may be twelfth.
 LOCATED, MOST_PLACES = 5.0, 16
 # Squared cosine of two places' deflections above which a law is tried at both (strain energy alike
-# to a tenth, as what screening by rank tells apart); how many such neighbours are refitted.
-NEIGHBOURING, NEIGHBOURS = 0.9, 6
+# to a tenth), and move as one (deflections alike to a tenth); how many neighbours are refitted.
+NEIGHBOURING, AS_ONE, NEIGHBOURS = 0.9, 0.99, 6
 # Difference of log odds within which places that no recording tells apart are about as likely (e:
 # nothing worth a mention; Kass and Raftery 1995), so that the one in the middle is named.
 AS_LIKELY = 1.0

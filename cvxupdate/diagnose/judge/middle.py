@@ -16,7 +16,7 @@ from cvxupdate.physics.effect import Effect
 def in_the_middle(final: Weighed, others: Sequence[Weighed], case: Case) -> Weighed:
     """Of ``final`` and those of ``others`` that have one of its effects at another node of what
     moves as one (the girder of a frame, along itself), where they are about as likely, the one in
-    the middle: which of them is ahead says nothing, and from the middle what is sought is nearest
+    the middle of these: which of them is ahead says nothing, and from the middle what is sought is nearest
     on the average (the median of places that are alike likely)."""
     for effect in final.hypothesis.effects:
         places = [effect, *case.evidence.alike(final.fit, effect, strictly=True)]
@@ -24,14 +24,14 @@ def in_the_middle(final: Weighed, others: Sequence[Weighed], case: Case) -> Weig
             continue
         rest = final.hypothesis.keys - {effect.key}
         likely = log_odds(final, case) - AS_LIKELY
-        known = {
-            w.hypothesis.keys: w for w in others if not w.freed and log_odds(w, case) >= likely
-        }
-        known[final.hypothesis.keys] = final
-        tied = [known.get(rest | {e.key}) for e in places]
-        far = _far(places, case.evidence.model)
-        order = sorted(range(len(places)), key=lambda i: round(far[i], 9))
-        final = next((w for i in order if (w := tied[i]) is not None), final)
+        fitted = {w.hypothesis.keys: w for w in others if not w.freed}
+        fitted[final.hypothesis.keys] = final
+        each = [(e, fitted.get(rest | {e.key})) for e in places]
+        # where it was not fitted it may be as well
+        each = [(e, w) for e, w in each if w is None or log_odds(w, case) >= likely]
+        far = _far([e for e, _ in each], case.evidence.model)
+        order = sorted(range(len(each)), key=lambda i: round(far[i], 9))
+        final = next((w for i in order if (w := each[i][1]) is not None), final)
     return final
 
 

@@ -18,19 +18,28 @@ from cvxupdate.physics.growth import at_once
 from cvxupdate.residual.modal import ModalPoint
 
 
-def alike_of(effect: Effect, base: Fit, found: Fit, candidates: Sequence[Effect]) -> list[Effect]:
-    """Of ``candidates`` those that are hardly told from an effect: beside the nuisance parameters
-    alone (``base``), or of a hidden oscillator as it was ``found``."""
+def alike_of(
+    effect: Effect,
+    base: Fit,
+    found: Fit,
+    candidates: Sequence[Effect],
+    least: float = NEIGHBOURING,
+) -> list[Effect]:
+    """Of ``candidates`` those that are hardly told from an effect (squared cosine at ``least``):
+    beside the nuisance parameters alone (``base``), or of a hidden oscillator as it was
+    ``found``."""
     if isinstance(effect.action, HiddenOscillator):
-        return oscillators_alike(found, effect, candidates, len(base.setting.model.parameters))
-    return places_alike(base, effect, candidates)
+        n = len(base.setting.model.parameters)
+        return oscillators_alike(found, effect, candidates, n, least)
+    return places_alike(base, effect, candidates, least)
 
 
-def places_alike(base: Fit, effect: Effect, candidates: Sequence[Effect]) -> list[Effect]:
+def places_alike(
+    base: Fit, effect: Effect, candidates: Sequence[Effect], least: float = NEIGHBOURING
+) -> list[Effect]:
     """Of ``candidates`` those of the type of ``effect`` at other places of its kind and extent
     whose derivatives of what was measured, free of those of the nuisance parameters (``base``), are
-    in proportion to its own there: the squared cosine is at least `NEIGHBOURING`. Most alike
-    first."""
+    in proportion to its own there: the squared cosine is at ``least`` so much. Most alike first."""
     mine = [e for e in candidates if e.key == effect.key]
     others = [e for e in candidates if e.key != effect.key and _of_one_kind(e, effect)]
     if not (mine and others):
@@ -40,11 +49,15 @@ def places_alike(base: Fit, effect: Effect, candidates: Sequence[Effect]) -> lis
         return []
     some = [(e, J) for e, J in zip(others, columns[1:], strict=True) if J is not None]
     J = np.hstack([columns[0], *(x for _, x in some)])
-    return _in_proportion(Projection.of(linearised(base)), J, [e for e, _ in some])
+    return _in_proportion(Projection.of(linearised(base)), J, [e for e, _ in some], least)
 
 
 def oscillators_alike(
-    found: Fit, effect: Effect, candidates: Sequence[Effect], nuisance: int
+    found: Fit,
+    effect: Effect,
+    candidates: Sequence[Effect],
+    nuisance: int,
+    least: float = NEIGHBOURING,
 ) -> list[Effect]:
     """The same of a hidden oscillator that is fitted (``found``, the first ``nuisance`` of its
     parameters are no effects'): without it there is no derivative, for its size is not small. At
@@ -69,7 +82,7 @@ def oscillators_alike(
     whole = linearised(found)
     n = slice(nuisance)
     free = Linearised(whole.A[:, n], whole.r, whole.p[n], whole.scales[n])
-    return _in_proportion(Projection.of(free), J, others)
+    return _in_proportion(Projection.of(free), J, others, least)
 
 
 def _places_of_rows(point: ModalPoint) -> Index:
@@ -80,16 +93,16 @@ def _places_of_rows(point: ModalPoint) -> Index:
     return np.concatenate(parts)
 
 
-def _in_proportion(left: Projection, J: Real, others: Sequence[Effect]) -> list[Effect]:
+def _in_proportion(
+    left: Projection, J: Real, others: Sequence[Effect], least: float
+) -> list[Effect]:
     """Of ``others`` those whose columns (of ``J``, from its second on) are in proportion to the
     first, free of nuisance parameters, most alike first."""
     J = left.freed(J)
     lengths = np.maximum(norms(J), 1e-300)
     cosines = (J[:, 0] @ J) / (lengths[0] * lengths)
     near = [
-        (float(c), e)
-        for c, e in zip(cosines[1:], others, strict=True)
-        if c > 0.0 and c**2 >= NEIGHBOURING
+        (float(c), e) for c, e in zip(cosines[1:], others, strict=True) if c > 0.0 and c**2 >= least
     ]
     return [e for _, e in sorted(near, key=lambda pair: -pair[0])]
 

@@ -35,7 +35,7 @@ from cvxupdate.diagnose.nominal.theory import theory_lines
 from cvxupdate.diagnose.nominal.written import sayable, solid_of
 from cvxupdate.diagnose.results import Further, Updated
 from cvxupdate.diagnose.screen.projection import Linearised
-from cvxupdate.diagnose.settings import FAR_OFF, SPARE
+from cvxupdate.diagnose.settings import AS_ONE, FAR_OFF, NEIGHBOURING, SPARE
 from cvxupdate.diagnose.shown import Shown
 from cvxupdate.diagnose.types import (
     Errors,
@@ -188,10 +188,9 @@ class ModesEvidence(Linear):
 
     def alike(self, found: Fit, effect: Effect, strictly: bool = False) -> Sequence[Effect]:
         """Beside the nuisance parameters alone: a stiff support is still, its neighbours nearly."""
-        if strictly:
-            return ()
         candidates = self.candidates(self.model, (effect.physics,))
-        return alike_of(effect, self.bases[-1], found, candidates)
+        least = AS_ONE if strictly else NEIGHBOURING
+        return alike_of(effect, self.bases[-1], found, candidates, least)
 
     def halves(self, found: Fit) -> Sequence[NDArray[np.bool_]]:
         """None: a table has few rows."""

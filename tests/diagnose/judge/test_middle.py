@@ -39,3 +39,11 @@ def test_what_else_is_there_must_be_the_same() -> None:
     alone, both = weighed(GOOD, NODES[1]), weighed(GOOD, NODES[1], other)
     assert in_the_middle(ahead, [alone], case(*NODES[1:])) is ahead
     assert in_the_middle(ahead, [alone, both], case(*NODES[1:])) is both
+
+
+def test_the_middle_is_that_of_what_is_alike_likely() -> None:
+    """Five places on a girder of which the last two are told from the rest."""
+    five = [effect(nodes=(n,)) for n in (1, 2, 3, 4, 5)]
+    tied = [weighed(GOOD, e) for e in five[:3]]
+    told = [weighed(replace(GOOD, misfit=2.0), e) for e in five[3:]]
+    assert in_the_middle(tied[0], [*tied[1:], *told], case(*five[1:])) is tied[1]

@@ -8,7 +8,7 @@ import numpy as np
 
 from cvxupdate.diagnose.modes.alike import oscillators_alike, places_alike
 from cvxupdate.diagnose.results import Finding
-from cvxupdate.diagnose.settings import NEIGHBOURING
+from cvxupdate.diagnose.settings import AS_ONE, NEIGHBOURING
 from cvxupdate.fe.modes import model_modes
 from cvxupdate.physics.attached_resonator import attach
 
@@ -55,12 +55,15 @@ def test_an_effect_that_has_no_like_is_alone(tried):
     assert places_alike(base, own, masses) == []
 
 
-def test_the_evidence_has_places_alike_but_none_that_no_recording_tells(tried):
+def test_the_evidence_has_places_alike_and_which_of_them_move_as_one(tried):
     evidence, base, candidates = tried
     own = grounded(candidates, 8)
     near = [e.key for e in evidence.alike(base, own)]
     assert near == [e.key for e in places_alike(base, own, candidates)]
-    assert evidence.alike(base, own, strictly=True) == ()
+    strictly = [e.key for e in evidence.alike(base, own, strictly=True)]
+    assert strictly == near[: len(strictly)]
+    assert strictly == [e.key for e in places_alike(base, own, candidates, AS_ONE)]
+    assert len(strictly) < len(near)
 
 
 def test_places_are_alike_where_the_same_oscillator_moves_what_was_measured_in_proportion(tried):
