@@ -16,8 +16,8 @@ from cvxupdate.physics.effect import Effect
 def in_the_middle(final: Weighed, others: Sequence[Weighed], case: Case) -> Weighed:
     """Of ``final`` and those of ``others`` that have one of its effects at another node of what
     moves as one (the girder of a frame, along itself), where they are about as likely, the one in
-    the middle of these: which of them is ahead says nothing, and from the middle what is sought is nearest
-    on the average (the median of places that are alike likely)."""
+    the middle of these: which of them is ahead says nothing, and from the middle what is sought is
+    nearest on the average (the median of places that are alike likely)."""
     for effect in final.hypothesis.effects:
         places = [effect, *case.evidence.alike(final.fit, effect, strictly=True)]
         if len(places) < 3 or any(len(e.place.nodes) != 1 for e in places):
