@@ -10,6 +10,8 @@ from typing import Any
 
 import numpy as np
 
+from cvxupdate.fe.edge_springs import divided_springs
+from cvxupdate.fe.elements.spring import SpringRow
 from cvxupdate.fe.terms import Real
 from cvxupdate.spec import elements as se
 from cvxupdate.spec import model as sm
@@ -59,6 +61,10 @@ def refined(model: sm.Model, parts: Parts = halved, renumber: bool = False) -> R
                 rows.append(row.model_copy(update={"id": number, "nodes": nodes}))
             rows += [] if pieces else [row]
         blocks.append(block.model_copy(update={"rows": tuple(rows)}))
+    edges = [r for b in blocks for r in b.rows if isinstance(r, SpringRow) and r.edge]
+    if edges:
+        divided = divided_springs(edges, mesh.made, mesh.xyz, mesh.held)
+        blocks = _with_springs(blocks, divided, top if renumber else None)
     text = model.model_copy(
         update={
             "nodes": tuple(mesh.nodes),
@@ -67,6 +73,28 @@ def refined(model: sm.Model, parts: Parts = halved, renumber: bool = False) -> R
         }
     )
     return Refined(text, mesh.made)
+
+
+def _with_springs(blocks: Sequence[Any], divided: Sequence[Any], top: int | None) -> list[Any]:
+    """Blocks with the springs of edges ``divided``, numbered from ``top`` on where several would
+    have the number of one."""
+    by: dict[int, list[Any]] = {}
+    out = []
+    for row in divided:
+        by.setdefault(row.id, []).append(row)
+    for block in blocks:
+        rows = []
+        for row in block.rows:
+            if not (isinstance(row, SpringRow) and row.edge):
+                rows.append(row)
+                continue
+            for k, part in enumerate(by.get(row.id, ())):
+                if top is not None and k:
+                    top += 1
+                    part = part.model_copy(update={"id": top})
+                rows.append(part)
+        out.append(block.model_copy(update={"rows": tuple(rows)}))
+    return out
 
 
 def held_kinds(model: sm.Model) -> dict[int, frozenset[str]]:

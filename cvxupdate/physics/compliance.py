@@ -44,10 +44,10 @@ class Compliance:
 
 
 def write_edge(draft: Draft, model: Model, block: Block, e: int, now: Mapping[str, float]) -> None:
-    """As a spring at the node: with what is within reach of it moving as it does."""
+    """As a spring of the edge at the node."""
     k = now["share"] / (now["a0"] + now["a"]) * now["stiffness"]
     own = replace(block, dofs=block.dofs[:, :1])
-    put_spring(draft, model, own, e, k, "a", "soft support")
+    put_spring(draft, model, own, e, k, "a", "soft support", edge=True)
 
 
 def write(draft: Draft, model: Model, block: Block, e: int, now: Mapping[str, float]) -> None:
@@ -61,14 +61,23 @@ def write(draft: Draft, model: Model, block: Block, e: int, now: Mapping[str, fl
 
 
 def put_spring(
-    draft: Draft, model: Model, block: Block, e: int, k: float, of: str, what: str
+    draft: Draft,
+    model: Model,
+    block: Block,
+    e: int,
+    k: float,
+    of: str,
+    what: str,
+    edge: bool = False,
 ) -> None:
-    """A spring row; ``of`` is the property of the model that its stiffness stands for."""
+    """A spring row; ``of`` is the property of the model that its stiffness stands for; ``edge``: it
+    holds an edge with others, all along."""
     ends, number = block.dofs[e].tolist(), int(block.ids[e])
     nodes, dof = [draft.end(model, d) for d in ends], kind_of(model, ends[0])
     if draft.held(nodes[0], dof):
         draft.release(nodes[0], dof)
     group = draft.fresh_group(what, nodes[0])
     row = {"id": number, "nodes": nodes, "dof": dof, "k": not_negative(number, "k", k)}
+    row |= {"edge": True} if edge else {}
     draft.put("spring", {**row, "group": group})
     draft.known[number, of] = (number, "k")

@@ -3,6 +3,7 @@ mesh with springs on its edge that were assembled by hand."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -14,9 +15,11 @@ from cvxupdate.diagnose.nominal.refinement import Mesh
 from cvxupdate.diagnose.nominal.supports import held_dofs, regrown, release_from
 from cvxupdate.diagnose.output.export import problem_file
 from cvxupdate.diagnose.results import Updated
+from cvxupdate.errors import InputError
 from cvxupdate.fe.analysis import analysis_of, as_stated
 from cvxupdate.fe.build import build_model
 from cvxupdate.fe.modes import model_modes
+from cvxupdate.fe.refinement import refined
 from cvxupdate.physics.context import SearchContext
 from cvxupdate.physics.equal_supports import EqualSupports
 from cvxupdate.physics.soft_support import SoftSupport
@@ -24,6 +27,7 @@ from cvxupdate.spec import check_problem, load_problem
 from tests.fe.analysis.test_solid import B, H, read, sheet
 
 RIGIDITY = 207e9 * H**3 / 12.0 / (1.0 - 0.3**2)
+SHARED = {1: 50.0, 6: 100.0, 11: 100.0, 16: 50.0}  # N·m/rad
 HELD = {"z": ("z",), "ry": ("z", "rx", "ry")}  # pinned edges that move, clamped ones that turn
 
 
@@ -137,6 +141,57 @@ def test_it_is_written_as_springs_at_the_nodes(tmp_path, dof):
     assert [r.nodes for r in springs] == [(1,), (6,), (11,), (16,)]
     parts = np.array([1.0, 2.0, 2.0, 1.0]) / 6.0
     np.testing.assert_allclose([r.k for r in springs], parts * k * B, rtol=1e-4)
+    assert all(r.edge for r in springs)
+    wanted = model_modes(model, 6, p).frequencies
     own = model_modes(as_stated(again, build_model(again)), 6).frequencies
-    # what holds the edge between its nodes is at them then
-    np.testing.assert_allclose(own, model_modes(model, 6, p).frequencies, rtol=0.02)
+    np.testing.assert_allclose(own, wanted, rtol=2e-3)
+    fine = refined(again.model, lambda block, row: 4).model
+    divided = model_modes(build_model(replace(again, model=fine, update=None)), 6).frequencies
+    np.testing.assert_allclose(divided, wanted, rtol=5e-3)
+
+
+@pytest.mark.parametrize("dof", ["z", "ry"])
+def test_springs_of_an_edge_hold_it_on_any_mesh(tmp_path, dof):
+    """Springs of nodes alone let it turn between them the more the finer it is."""
+    near = tuple(d for d in HELD[dof] if d != dof)
+    text, k = sheet(4, 3, supports(4, 3, near, HELD[dof])), RIGIDITY / (B if dof == "ry" else B**3)
+    share = {1: 0.5, 6: 1.0, 11: 1.0, 16: 0.5}
+
+    def lowest(edge: bool, parts: int) -> float:
+        rows = [
+            f"{{ id = {100 + n}, nodes = [{n}], k = {300.0 * k * B * x}, edge = {edge} }}".lower()
+            for n, x in share.items()
+        ]
+        own = f'[[model.elements]]\ntype = "spring"\ndof = "{dof}"\nrows = [{", ".join(rows)}]\n'
+        spec, _ = read(tmp_path, text + own)
+        fine = refined(spec.model, lambda block, row: parts).model
+        return float(
+            model_modes(build_model(replace(spec, model=fine, update=None)), 1).frequencies[0]
+        )
+
+    spread, lumps = ([lowest(edge, n) for n in (2, 8)] for edge in (True, False))
+    assert spread[1] == pytest.approx(spread[0], rel=0.01)
+    assert dof == "z" or lumps[1] < 0.98 * spread[1]
+
+
+def test_stiffness_of_an_edge_is_shared_and_not_lost(tmp_path):
+    """Of equal springs a metre, beside a support too, towards which they stiffen."""
+    text = sheet(4, 3, supports(4, 3, ("z",), HELD["ry"]))
+    rows = [f"{{ id = {100 + n}, nodes = [{n}], k = {k}, edge = true }}" for n, k in SHARED.items()]
+    own = f'[[model.elements]]\ntype = "spring"\ndof = "ry"\nrows = [{", ".join(rows)}]\n'
+    spec, _ = read(tmp_path, text + own)
+    fine = refined(spec.model, lambda block, row: 5).model
+    springs = [r for b in fine.elements if b.type == "spring" for r in b.rows]
+    assert len(springs) == 4 + 3 * 4
+    assert sum(r.k for r in springs) == pytest.approx(sum(SHARED.values()))
+    assert {r.id for r in springs} == {101, 106, 111, 116}
+    renumbered = refined(spec.model, lambda block, row: 5, renumber=True).model
+    ids = [r.id for b in renumbered.elements for r in b.rows]
+    assert len(set(ids)) == len(ids)
+
+
+def test_a_spring_between_two_nodes_holds_no_edge(tmp_path):
+    text = sheet(4, 3, supports(4, 3, ("z",), HELD["ry"]))
+    own = '[[model.elements]]\ntype = "spring"\nrows = [{ id = 99, nodes = [1, 6], dof = "ry", '
+    with pytest.raises(InputError, match="edge: is for springs to ground; element 99 joins two"):
+        read(tmp_path, text + own + "k = 1.0, edge = true }]\n")

@@ -10,6 +10,7 @@ import numpy as np
 from cvxupdate.errors import InputError, ModelError
 from cvxupdate.fe.analysis.corners import corner_names, corner_nodes, corner_terms
 from cvxupdate.fe.analysis.edges import Edge
+from cvxupdate.fe.analysis.held import with_held_edges
 from cvxupdate.fe.analysis.parts import Fine, assembled, fine_of
 from cvxupdate.fe.analysis.piece import INSIDE, Piece, limit, unstrained
 from cvxupdate.fe.analysis.reduced import Inner, inner_of, matrices
@@ -56,13 +57,14 @@ class Analysis:
             blocks[piece.number] = piece.on(blocks[piece.number], place)
         at = {int(n): i for i, n in enumerate(file.node_ids)}
         nodes = np.array([at[x.node] for x in free], dtype=np.int64)
-        return replace(
+        fine = replace(
             file,
             labels=(*file.labels, *(x.label for x in free)),
             dof_node=np.concatenate([file.dof_node, nodes]),
             dof_kind=np.concatenate([file.dof_kind, np.full(len(nodes), INSIDE)]),
             blocks=tuple(blocks),
         )
+        return with_held_edges(file, fine, free)
 
     def only(self, families: frozenset[str]) -> Analysis:
         """With the inner DOFs of some families."""

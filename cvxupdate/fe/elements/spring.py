@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal, Self
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from cvxupdate.fe.elements.base import Placed, Real, Surroundings, Term, Values
 from cvxupdate.keys import DofKind, Dofs, NonNegative, Table
@@ -30,10 +30,24 @@ class SpringRow(Row):
     dofs: Dofs | None = Field(
         default=None, description="several DOFs instead of `dof`, each with the same value"
     )
+    edge: bool = Field(
+        default=False,
+        description="a spring to ground on the edge of a sheet that is held all along: on finer "
+        "parts (`refine` of [model]) it is spread to its neighbours of this sort and to supports",
+    )
     stiffness_factor: StiffnessFactor = 1.0
     damping_factor: DampingFactor = 1.0
     eta: Loss = None
     group: Group = None
+
+    @model_validator(mode="after")
+    def _to_ground(self) -> Self:
+        if self.edge and len(self.nodes) != 1:
+            raise ValueError(
+                f"edge: is for springs to ground; element {self.id} joins two nodes. Name one "
+                "node, or leave `edge` out."
+            )
+        return self
 
 
 class SpringBlock(Block):
@@ -51,10 +65,12 @@ class SpringBlock(Block):
 
 @dataclass(frozen=True)
 class Spring:
-    """Force k·(u₂ − u₁) along ``dof``, or k·u against ground where ``nodes`` is 1."""
+    """Force k·(u₂ − u₁) along ``dof``, or k·u against ground where ``nodes`` is 1; ``edge``: part
+    of what holds the edge of a sheet (`cvxupdate.fe.analysis.rims`)."""
 
     dof: str
     nodes: int
+    edge: bool = False
     name: str = "spring"
     properties: tuple[str, ...] = ("k",)
     text: ClassVar[ElementText] = ElementText(
@@ -66,7 +82,7 @@ class Spring:
     def from_row(cls, row: SpringRow, block: SpringBlock, around: Surroundings) -> Iterator[Placed]:
         """One spring for each direction."""
         for dof in row.directions:
-            yield Placed(cls(dof, len(row.nodes)), {"k": row.k})
+            yield Placed(cls(dof, len(row.nodes), row.edge), {"k": row.k})
 
     @property
     def dofs(self) -> tuple[str, ...]:
