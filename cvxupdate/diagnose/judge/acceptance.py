@@ -15,16 +15,18 @@ from cvxupdate.diagnose.settings import (
     CLEARLY,
     DAMPING_COST,
     DAMPING_GAIN,
+    EXPLAINED,
     HALVED,
     LARGE,
     LOWER,
     MET,
+    OPEN,
     STRONG,
     TWICE,
     UNEXPLAINED,
 )
 from cvxupdate.diagnose.types import Errors, Evidence
-from cvxupdate.physics.effect import MOTION
+from cvxupdate.physics.effect import MODES, MOTION
 
 
 @dataclass(frozen=True)
@@ -177,8 +179,11 @@ def explained(w: Weighed, case: Case) -> bool:
 def credible(w: Weighed, case: Case) -> bool:
     """The same; or one clear effect may stand although the model is not exact: a tenth of the
     responses is left, and a tenth of the misfit; of modes without the one that was farthest off,
-    for beside one that is none of the model's anything is clear."""
+    for beside one that is none of the model's anything is clear. Of several effects in tables,
+    that may take turns in what none of them is, little is left."""
     near = case.evidence.relative(w.errors) <= UNEXPLAINED
+    if case.evidence.told_by == MODES and len(w.hypothesis.effects) > 1:
+        near &= w.fit.misfit <= OPEN * EXPLAINED
     clear = case.damping_only or w.fit.misfit <= CLEARLY * bulk(case.base.fit)
     return explained(w, case) or (near and clear)
 

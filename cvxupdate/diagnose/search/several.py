@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from cvxupdate.diagnose.hypothesis import Hypothesis, seed_from, without
+from cvxupdate.diagnose.hypothesis import Hypothesis, only_a_rig, seed_from, without
 from cvxupdate.diagnose.search.beside import alternatives_to, beside
 from cvxupdate.diagnose.search.race import entered, raced
 from cvxupdate.diagnose.settings import (
@@ -23,13 +23,14 @@ from cvxupdate.diagnose.settings import (
     MOVES,
     PARTNERS,
     PENALTY,
+    RIGS,
     ROUNDS,
     SEVERAL_LEVEL,
     SPARE,
     STAYING,
 )
 from cvxupdate.diagnose.types import Evidence, Key, Progress, Score, Seed
-from cvxupdate.physics.effect import MOTION
+from cvxupdate.physics.effect import MODES, MOTION
 
 INSTEAD = "other effects at the places of the best single ones"
 SETS, MORE = "pairs of effects (some or all)", "sets of three effects and more"
@@ -97,16 +98,18 @@ def pairs(
 ) -> list[Hypothesis]:
     """The best pairs of effects, sharpened, best first; ``singles`` are fitted, best first, of
     which ``parents`` are firsts. One that leaves nothing is as it is: others that do as well are
-    found by the exchange at its fit (`cvxupdate.diagnose.search.exchange`)."""
-    pool = Pool(evidence, progress)
-    for parent in _close(singles)[:parents]:
+    found by the exchange at its fit (`cvxupdate.diagnose.search.exchange`). Tables of modes are
+    also sought beside what a rig may do, whatever came first: hardly a test is without, and by
+    itself it explains little."""
+    pool, near = Pool(evidence, progress), _close(singles)[:parents]
+    for parent in (*near, *_of_rigs(evidence, singles, near)):
         if evidence.hurried:
             evidence.leave(SETS)
             break
+        if pool.clear and parent in near:
+            continue
         progress(f"seeking beside {parent.name}")
         pool.refit(beside(evidence, parent))
-        if pool.clear:
-            break
     exchanged: set[frozenset[Key]] = set()
     for _ in range(ROUNDS):
         if pool.clear and evidence.told_by != MOTION:  # there nothing is exchanged
@@ -121,6 +124,16 @@ def pairs(
         progress(f"seeking beside {rest.name} again")
         pool.refit(beside(evidence, rest, alternatives_to(evidence, whole)))
     return raced(evidence, list(pool.found.values()), FINE_SEVERAL, progress)
+
+
+def _of_rigs(
+    evidence: Evidence, singles: Sequence[Hypothesis], known: Sequence[Hypothesis]
+) -> list[Hypothesis]:
+    """The best of what rigs do, beyond those that are ``known``; nothing of responses, which are
+    brought near with all of it at once."""
+    if evidence.told_by != MODES:
+        return []
+    return [h for h in singles if only_a_rig(h) and h not in known][:RIGS]
 
 
 def _to_exchange(
