@@ -122,7 +122,9 @@ class Fit:
         leaves only noise gains by needing no discrepancy, one that leaves much is not ruled out by
         a level that nobody knew. Rows count as so many as are independent."""
         values, weights, _ = self.point.differences
-        squares, noise = np.abs(weights * values) ** 2, self.setting.noise_parts(self.point)
+        squares = np.abs(weights * values) ** 2
+        # where a coherence says more noise than the weights know, it is all there is
+        noise = np.minimum(self.setting.noise_parts(self.point), 1.0)
         share = self._share
         levels = np.geomspace(LEAST_LEVEL, LARGEST_LEVEL, GRID)
         variances = (noise + level**2 * (1.0 - noise) + SMALL for level in levels)

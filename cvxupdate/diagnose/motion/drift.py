@@ -6,8 +6,8 @@ smoothed motion, so a change of stiffness that ramps within each run and steps f
 few columns more. A law at one place moves all runs of a level alike and follows the motion; drift
 follows the clock. So a step that all runs of one level have in common says nothing of drift: it is
 fitted beside, and only ramps and steps between runs of one level count. Nor does a ramp that sweeps
-have in common: there the clock is the frequency, and the structure was as before when the next one
-began.
+of one level have in common: there the clock is the frequency, and with it the amplitude, and the
+structure was as before when the next one began.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ def drift_of(scene: Scene) -> Drift:
         fraction = min(1.0, (level - rest) / max(beyond, SMALL * scene.left.total + 1e-300))
         if beyond > 0.0 and fraction > best.fraction:
             taken = level - rest
-            gain = taken / (2 * n - common.shape[1])
+            gain = taken / max(1, 2 * n - common.shape[1])
             ramps = dict(zip(names, found[n:].tolist(), strict=True))
             steps = dict(zip(names, found[:n].tolist(), strict=True))
             best = Drift(fraction, group, steps, ramps, taken, gain, max(rest - noise, 0.0))
@@ -98,12 +98,13 @@ def noise_of(scene: Scene) -> float:
 
 
 def _in_common(runs: Sequence[Run]) -> Real:
-    """(2 runs, columns): a step of the runs of each level, a ramp of those that are sweeps."""
+    """(2 runs, columns): a step of the runs of each level, a ramp of those of them that are
+    sweeps."""
     steps = _of_levels([r.level for r in runs])
-    ramps = np.array([[float(is_sweep(r.force))] for r in runs])
-    whole = np.zeros((2 * len(runs), steps.shape[1] + 1))
-    whole[: len(runs), :-1], whole[len(runs) :, -1:] = steps, ramps
-    return whole if np.any(ramps) else whole[:, :-1]
+    ramps = steps * np.array([[float(is_sweep(r.force))] for r in runs])
+    ramps = ramps[:, np.any(ramps != 0.0, axis=0)]
+    nothing = np.zeros((len(runs), 1))
+    return np.block([[steps, nothing * ramps[:1]], [nothing * steps[:1], ramps]])
 
 
 def is_sweep(force: Real) -> bool:

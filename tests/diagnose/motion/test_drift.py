@@ -34,7 +34,9 @@ def test_a_sweep_has_other_frequencies_in_the_end_than_in_the_beginning():
     assert not is_sweep(np.zeros((4000, 1)))
 
 
-def test_sweeps_have_their_ramp_in_common_too():
+def test_sweeps_of_one_level_have_their_ramp_in_common_too():
+    """With the frequency the amplitude goes, and with that what a law does: at each level
+    otherwise."""
     t = np.arange(4000) / 200.0
     chirp = np.sin(2.0 * np.pi * (1.0 + 20.0 * t / t[-1]) * t)[:, None]
     noise = np.random.default_rng(3).standard_normal((4000, 1))
@@ -42,12 +44,12 @@ def test_sweeps_have_their_ramp_in_common_too():
         SimpleNamespace(level=v, force=f) for v, f in ((1.0, chirp), (1.0, noise), (4.0, chirp))
     ]
     assert _in_common(runs).tolist() == [
-        [1, 0, 0],
-        [1, 0, 0],
-        [0, 1, 0],
-        [0, 0, 1],
-        [0, 0, 0],
-        [0, 0, 1],
+        [1, 0, 0, 0],
+        [1, 0, 0, 0],
+        [0, 1, 0, 0],
+        [0, 0, 1, 0],
+        [0, 0, 0, 0],
+        [0, 0, 0, 1],
     ]
     assert _in_common(runs[1:2]).tolist() == [[1], [0]]
 
