@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 from cvxupdate.errors import ProblemFileError
+from cvxupdate.fe.analysis import analysis_of
+from cvxupdate.fe.build import build_model
 from cvxupdate.spec import read_text
 from cvxupdate.spec.bases import on_bases
 from cvxupdate.spec.write import tables_of, to_toml
@@ -78,3 +80,11 @@ def test_what_cannot_be_is_refused(tmp_path: Path, more: str, words: str) -> Non
     with pytest.raises(ProblemFileError) as caught:
         read(tmp_path, structure() + more)
     assert words in str(caught.value)
+
+
+def test_what_moves_it_is_no_part_of_finer_elements(tmp_path: Path) -> None:
+    """Transmissibilities of a frame ended in an error where its elements were divided."""
+    spec = read(tmp_path, structure() + FRF)
+    model = build_model(spec)
+    whole = analysis_of(spec, model, 4)
+    assert whole is not None and whole.on(model).size > model.size

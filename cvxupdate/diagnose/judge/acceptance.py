@@ -179,11 +179,12 @@ def explained(w: Weighed, case: Case) -> bool:
 def credible(w: Weighed, case: Case) -> bool:
     """The same; or one clear effect may stand although the model is not exact: a tenth of the
     responses is left, and a tenth of the misfit; of modes without the one that was farthest off,
-    for beside one that is none of the model's anything is clear. Of several effects in tables,
-    that may take turns in what none of them is, little is left."""
+    for beside one that is none of the model's anything is clear. Nor is it beside a model that is
+    far off: there what takes away nine tenths may imitate several things, and of tables little is
+    left (`OPEN`), that one mode apart."""
     near = case.evidence.relative(w.errors) <= UNEXPLAINED
-    if case.evidence.told_by == MODES and len(w.hypothesis.effects) > 1:
-        near &= w.fit.misfit <= OPEN * EXPLAINED
+    if case.evidence.told_by == MODES:
+        near &= bulk(w.fit) <= OPEN * EXPLAINED
     clear = case.damping_only or w.fit.misfit <= CLEARLY * bulk(case.base.fit)
     return explained(w, case) or (near and clear)
 

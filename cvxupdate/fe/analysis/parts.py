@@ -45,8 +45,9 @@ def fine_of(spec: Spec, file: Model, parts: Mapping[str, int]) -> Fine:
     made = refined(alone, lambda block, row: parts[block.type])
     everywhere = tuple(sorted(held_everywhere(text)))
     supports = (sm.Support(nodes="all", dofs=everywhere),) if everywhere else ()  # type: ignore[arg-type]
-    bare = made.model.model_copy(update={"supports": supports, "ties": ()})
-    model = build_model(replace(spec, model=bare, update=None))
+    # without what moves it, which the recordings say, too
+    bare = made.model.model_copy(update={"supports": supports, "ties": (), "bases": ()})
+    model = build_model(replace(spec, model=bare, update=None, recordings=()))
     kinds = [b.kind for b in file.blocks]
     return Fine(model, made.made, tuple(kinds.index(b.kind) for b in model.blocks))
 

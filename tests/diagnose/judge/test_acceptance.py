@@ -17,7 +17,7 @@ from cvxupdate.diagnose.judge.acceptance import (
     refuted,
     shown,
 )
-from cvxupdate.diagnose.settings import DAMPING_COST, DAMPING_GAIN, HALVED, LOWER, MET, STRONG
+from cvxupdate.diagnose.settings import DAMPING_COST, DAMPING_GAIN, HALVED, LOWER, MET, OPEN, STRONG
 from cvxupdate.diagnose.types import Errors
 from tests.cases.plain_evidence import (
     NAN,
@@ -184,6 +184,9 @@ def test_one_clear_effect_is_credible_although_not_all_is_explained() -> None:
     assert credible(weighed(PlainFit(3.0, errors=far), effect()), case), "explained"
     pattern = case_of(PlainEvidence((BASE,)), damping_only=True)
     assert credible(weighed(PlainFit(10.1, errors=near), effect()), pattern)
+    tables = case_of(PlainEvidence((BASE,), told_by="modes"))
+    assert credible(weighed(PlainFit(OPEN, errors=near), effect()), tables)
+    assert not credible(weighed(PlainFit(1.01 * OPEN, errors=near), effect()), tables)
 
 
 def test_several_are_needed_where_they_are_credible_and_halve_what_one_leaves() -> None:
