@@ -159,7 +159,7 @@ CLEAR = 0.25
 # Level at which a fit that leaves more is begun a second time, from the nominal model.
 AGAIN = 1
 # Single effects beside which a second is sought; where the mesh alone may leave as much; of rigs.
-PARENTS, FEW_PARENTS, RIGS = 4, 2, 3
+PARENTS, FEW_PARENTS, RIG_PARENTS = 4, 2, 3
 # Times the best single effect's misfit: further behind, none is tried as a first.
 CLOSE = 4.0
 # Seconds refitted that are carried on; best singles in whose place others are sought; exchanges

@@ -1,8 +1,6 @@
-"""What an effect is: a type of physics that a model may lack, at a place, and what it does there.
-
-An effect acts in one of four ways (`Action`): a change of the model, a hidden oscillator whose
-mass is known when it is planted, a fault of channels, an internal force that no matrix says.
-"""
+"""What an effect is: a type of physics that a model may lack, at a place, and what it does there:
+a change of the model, a hidden oscillator whose mass is known when it is planted, a fault of
+channels, an internal force that no matrix says (`Action`)."""
 
 from __future__ import annotations
 
@@ -59,8 +57,7 @@ class EffectType(ABC):
         """One sentence that a technician understands; ``values`` are the contract's figures."""
 
     def sizeless(self, effect: Effect, values: Mapping[str, float]) -> str:
-        """The sentence where recordings say that it is there, but not how large; "" where what has
-        no size is not there."""
+        """The sentence of what is there without a size that is told; "" where nothing is."""
         return ""
 
     def plainly(self, values: Mapping[str, float], deviations: Mapping[str, float]) -> bool:

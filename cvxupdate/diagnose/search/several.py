@@ -23,7 +23,7 @@ from cvxupdate.diagnose.settings import (
     MOVES,
     PARTNERS,
     PENALTY,
-    RIGS,
+    RIG_PARENTS,
     ROUNDS,
     SEVERAL_LEVEL,
     SPARE,
@@ -133,7 +133,7 @@ def _of_rigs(
     brought near with all of it at once."""
     if evidence.told_by != MODES:
         return []
-    return [h for h in singles if only_a_rig(h) and h not in known][:RIGS]
+    return [h for h in singles if only_a_rig(h) and h not in known][:RIG_PARENTS]
 
 
 def _to_exchange(
