@@ -15,6 +15,7 @@ from validation.rigs.bench import Structure
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 MORE = 8  # modes beyond those that were there, among which these are found again
+LEAST = 1e-9  # what moves freely has no frequency to take the logarithm of
 COUPLED = 60  # undamped modes that dashpots are seen through, in tables
 
 
@@ -93,7 +94,11 @@ def paired(f: Real, shapes: Real, g: Real, others: Real) -> NDArray[np.intp]:
     """Which of the other modes belongs to each: shapes first, then frequencies."""
     norms = np.sum(shapes**2, axis=0)[:, None] * np.sum(others**2, axis=0)
     mac = (shapes.T @ others) ** 2 / np.maximum(norms, 1e-300)
-    cost = 1.0 - mac + np.minimum(1.0, np.abs(np.log(f[:, None] / np.maximum(g, 1e-9))))
+    cost = (
+        1.0
+        - mac
+        + np.minimum(1.0, np.abs(np.log(np.maximum(f, LEAST)[:, None] / np.maximum(g, LEAST))))
+    )
     rows, columns = linear_sum_assignment(cost)
     return np.asarray(columns[np.argsort(rows)])
 
