@@ -25,8 +25,9 @@ STRAYED = 2.0
 KIND_STD = 0.5
 # Standard deviation of what has no prior.
 FREE = 1e4
-# Relative shift of a frequency by the mesh beyond which two modes are not one and the same.
-ANOTHER_MODE = 0.2
+# Relative shift of a frequency by the mesh beyond which two modes are not one and the same; and of
+# its deviation, by which it may move as the mesh's error of a fitted model's modes is another.
+ANOTHER_MODE, SETTLED = 0.2, 0.5
 # Element length in depths where a Timoshenko beam's errors of second and fourth order are equal.
 SLENDER = 4.0
 # Relative error of any natural frequency of the band that dividing exact members may leave: a third
@@ -258,8 +259,7 @@ NEIGHBOURING, AS_ONE, NEIGHBOURS = 0.9, 0.99, 6
 AS_LIKELY = 1.0
 # How often the neighbours of the best place are tried, if one of them is then the best.
 WALKS = 3
-# Relative difference of two predictions below which no measurement is advised: a sound model with
-# its scatter leaves as much in simulation.
+# Relative difference of predictions that advises no measurement: a sound model leaves as much.
 TELLING = 0.03
 # Relative error of a free simulation that leaves nothing to look for: where parts touch or slip the
 # smallest differences grow, and the true law with scatter in all else leaves one to three per cent.

@@ -15,7 +15,7 @@ from cvxupdate.fe.block import Index
 from cvxupdate.fe.elements.base import Real
 from cvxupdate.registry import ELEMENTS
 
-P_VALUES = ("stiffness", "mass", "damping")
+P_VALUES = ("stiffness", "mass", "damping", "whole")
 UNITS = {
     "E": "Pa",
     "nu": "1",

@@ -17,6 +17,7 @@ from cvxupdate.fe.sections import FACTORS, section_constants
 
 _NEEDS = {
     "stiffness": "K",
+    "whole": "K",
     "mass": "M",
     "eta": "K",
     "alpha": "M",
@@ -82,9 +83,9 @@ def select_parameters(
 
 
 def property_names(of: str) -> tuple[str, ...]:
-    """The stored properties that a word of the problem file moves: I stands for Iy and Iz
-    together."""
-    return ("Iy", "Iz") if of == "I" else (of,)
+    """The stored properties that a word of the problem file moves: I stands for Iy and Iz together;
+    ``whole``, which no file says, for the p-values of stiffness and mass."""
+    return {"I": ("Iy", "Iz"), "whole": ("stiffness", "mass")}.get(of, (of,))
 
 
 def has_property(block: Block, of: str) -> bool:

@@ -8,6 +8,7 @@ from cvxupdate import registry
 from cvxupdate.errors import ModelError
 from cvxupdate.fe.bases import base_labels
 from cvxupdate.fe.model import Model
+from cvxupdate.physics.absent_member import AbsentMember
 from cvxupdate.physics.added_mass import AddedMass
 from cvxupdate.physics.attached_resonator import AttachedResonator
 from cvxupdate.physics.axial_preload import AxialPreload
@@ -62,6 +63,7 @@ from cvxupdate.physics.zone import SoftZone
 EFFECTS: tuple[EffectType, ...] = (
     StiffnessChange(),
     SoftZone(),
+    AbsentMember(),
     MassChange(),
     ThicknessChange(),
     Orthotropy(),

@@ -1,6 +1,5 @@
-"""What an effect is: a type of physics that a model may lack, at a place, and what it does there:
-a change of the model, a hidden oscillator whose mass is known when it is planted, a fault of
-channels, an internal force that no matrix says (`Action`)."""
+"""What an effect is: a type of physics at a place, and what it does there: a change of the model, a
+hidden oscillator, a fault of channels, an internal force that no matrix says (`Action`)."""
 
 from __future__ import annotations
 
@@ -31,17 +30,18 @@ LIGHTEST, HEAVIEST = 1e-4, 0.2  # of the structure's mass: a hidden oscillator's
 class EffectType(ABC):
     """One kind of physics: all that is particular to it.
 
-    ``name`` is the contract's, ``noun`` what it is in a sentence; ``damping`` says that it only
-    takes out energy; ``unlimited`` that beyond some size more of it changes nothing; ``rig`` that
-    hardly a test is without it (only so, where not ``sought``); ``mount`` that a structure stands
-    on it or hangs from it; ``told_by`` which recordings tell it (motion: histories whose level
-    counts); ``writers`` how what it adds is written, by the kind of element.
+    ``name`` is the contract's, ``noun`` what it is in a sentence; ``damping``: it only takes out
+    energy; ``unlimited``: beyond some size more of it changes nothing; ``total``: its bound is all
+    there is of it; ``rig``: hardly a test is without it (only so, where not ``sought``); ``mount``:
+    a structure stands on it or hangs from it; ``told_by`` which recordings tell it (motion: those
+    whose level counts); ``writers`` how what it adds is written, by the kind of element.
     """
 
     name: ClassVar[str]
     noun: ClassVar[str]
     damping: ClassVar[bool] = False
     unlimited: ClassVar[bool] = False
+    total: ClassVar[bool] = False
     rig: ClassVar[bool] = False
     mount: ClassVar[bool] = False
     sought: ClassVar[bool] = True
@@ -69,12 +69,12 @@ class EffectType(ABC):
 class ModelChange:
     """Parameters on the model, which are zero where it has no effect.
 
-    ``grow`` makes the `model` that carries them at the end of its list; ``tangent`` gives for each
-    its derivative blocks on the DOFs of the model without them. ``members`` are the elements of a
-    set; ``additive``: K and M move in proportion, and those of a set as the sum of its members';
+    ``grow`` makes the `model` that carries them last; ``tangent`` gives for each its derivative
+    blocks on the DOFs of the model without them. ``members`` are the elements of a set;
+    ``additive``: K and M move in proportion, and those of a set as the sum of its members';
     ``series``: a compliance beside that of its place: sizes p act as p / (1 + p); ``cubic``:
     stiffness goes with (1 + p)³; ``along``: its directions at any size, where the tangent does not
-    tell them; ``start``: all its unknowns from the size of the first; ``others``: further starts.
+    tell; ``start``: all its unknowns from the size of the first; ``others``: further starts.
     """
 
     grow: Callable[[], Model]

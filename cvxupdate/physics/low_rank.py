@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from cvxupdate.fe.block import Index
 from cvxupdate.fe.model import DerivativeBlock
 from cvxupdate.physics.context import Real
 from cvxupdate.physics.directions import FAINT, Complex
@@ -27,6 +28,27 @@ def low_rank(effect: Effect) -> LowRank | None:
             if change.additive or not change.members:
                 return _eigen(change.tangent[0][0], change.series)
     return None
+
+
+def directions(effect: Effect) -> tuple[Index, Real] | None:
+    """Where and along what an effect acts: DOFs (u,) and (u, r); what a whole member is stiff
+    against, whatever goes with it in mass. None where these are many."""
+    change = low_rank(effect)
+    if change is not None:
+        return change.used, change.W
+    if effect.change is None or not effect.type.total:
+        return None
+    stiff = [(b.dofs, b.K) for b in effect.change.tangent[0] if b.K is not None]
+    every = [np.zeros(0, dtype=np.int64), *(d[d >= 0] for d, _ in stiff)]
+    used = np.unique(np.concatenate(every))
+    whole = np.zeros((len(used), len(used)))
+    for dofs, K in (pair for d, k in stiff for pair in zip(d, k, strict=True)):
+        own = np.flatnonzero(dofs >= 0)
+        rows = np.searchsorted(used, dofs[own])
+        np.add.at(whole, (rows[:, None], rows[None, :]), K[np.ix_(own, own)])
+    values, vectors = np.linalg.eigh(0.5 * (whole + whole.T))
+    kept = values > FAINT * np.max(values, initial=0.0)
+    return (used, vectors[:, kept]) if 0 < kept.sum() <= MOST else None
 
 
 def _dynamic_mass(hidden: HiddenOscillator) -> LowRank:

@@ -192,6 +192,7 @@ class Case:
 CASES = (
     Case("StiffnessChange", "beam", {"factor": 0.87}),
     Case("SoftZone", "beam", {"factor": 0.61, "give_first": 0.13, "give_last": 0.21}),
+    Case("AbsentMember", "frame", {"factor": 0.013}),
     Case("MassChange", "plate", {"factor": 1.1}),
     Case("ThicknessChange", "plate", {"factor": 1.35}),
     Case("ThicknessChange", "shell", {"factor": 1.35}),

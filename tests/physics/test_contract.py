@@ -190,8 +190,10 @@ def test_parameters_keep_the_limits(case: Case, scene: tuple[Spec, Model, Search
             joint = isinstance(effect.change, ZoneChange) and q.of == "a"
             limits = JOINT_LIMITS if joint else effect.limits
             assert (q.lower, q.upper) == limits, effect.name
-            assert q.lower <= 0.0 < q.upper and (
-                effect.sign == 0 or q.lower == 0.0 or not effect.change
+            assert (
+                q.lower <= 0.0 <= q.upper
+                and q.lower < q.upper
+                and (effect.sign == 0 or q.lower == 0.0 or not effect.change)
             )
 
 
@@ -238,6 +240,7 @@ def test_it_is_tenable_as_it_was_planted(
     for effect, put in planted(case, scene):
         own = put.model.parameters[len(model.parameters) :]
         x = np.array(put.start) if effect.columns else np.array([0.0])
+        x = np.array([own[0].lower]) if effect.type.total and own else x  # where it ends
         values, _ = put.effect.reported(put.model, own, x, np.zeros(effect.count), 1e-3)
         assert put.effect.tenable(values, context.bottom, context.top)
 

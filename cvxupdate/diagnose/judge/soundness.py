@@ -56,7 +56,7 @@ def sound(h: Hypothesis, evidence: Grounds) -> bool:
             p, q = float(fit.p[at]), fit.setting.model.parameters[at]
             released = effect.change.series and p > 0.0  # a hinge is the limit of a loose joint
             deviation = float(np.hypot(fit.deviations[at], usual(effect, q)))
-            if on_bound(p, q) and not released:
+            if on_bound(p, q) and not (released or effect.type.total):
                 return False
             deviations = abs(p) / max(deviation, float(np.finfo(float).tiny))
             if effect.change.series:

@@ -19,7 +19,7 @@ from cvxupdate.fe.factor import factored
 from cvxupdate.fe.model import Matrices
 from cvxupdate.fe.modes import Modes
 from cvxupdate.physics.effect import Effect
-from cvxupdate.physics.low_rank import low_rank
+from cvxupdate.physics.low_rank import directions
 
 SHIFT = 0.01  # of the lowest flexible eigenvalue, where the structure is free
 APART = 1e-10  # of the largest: columns that are dependent by rounding
@@ -36,10 +36,10 @@ def attachments(
     shift = SHIFT * float(lowest[0]) if modes.rigid and len(lowest) else 0.0
     places, columns = [0], [np.zeros((size, 0))]
     for effect in effects:
-        change = low_rank(effect)
-        force = np.zeros((size, 0 if change is None else change.W.shape[1]))
-        if change is not None:
-            force[change.used] = change.W
+        acts = directions(effect)
+        force = np.zeros((size, 0 if acts is None else acts[1].shape[1]))
+        if acts is not None:
+            force[acts[0]] = acts[1]
         columns.append(force)
         places.append(places[-1] + force.shape[1])
     forces = np.hstack(columns)

@@ -218,8 +218,8 @@ class ModesEvidence(Linear):
         return self._errors_at(found.point)
 
     def _errors_at(self, point: ModalPoint) -> Errors:
-        moved = (*self.tables.fit, *self.tables.hold)
-        return Errors(*(rms(errors_of(point, moved, use)) for use in (True, False)))
+        tables = point.residual.tables
+        return Errors(*(rms(errors_of(point, tables, use)) for use in (True, False)))
 
     def relative(self, errors: Errors) -> float:
         """Of the eigenvalues, which go with stiffness as responses do: twice the frequencies'."""
@@ -264,7 +264,7 @@ class ModesEvidence(Linear):
 
     def remains(self, found: Fit) -> str:
         """At which modes."""
-        return remains(found.point, self.tables)
+        return remains(found.point)
 
     def lines(self) -> list[str]:
         """What the mesh of the file is worth, and what time did not allow."""

@@ -103,7 +103,8 @@ class Trace:
 
 def local(e: Effect) -> ModelChange | None:
     """What an effect of one parameter on a few DOFs, which may be large, does to the model."""
-    return e.change if e.count == 1 and e.place.nodes else None
+    change = e.change if e.count == 1 else None
+    return change if e.place.nodes or e.type.total else None
 
 
 def scan(where: Scene, candidates: Sequence[Effect]) -> dict[int, tuple[float, float]]:

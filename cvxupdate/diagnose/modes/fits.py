@@ -10,6 +10,7 @@ import numpy as np
 
 from cvxupdate.diagnose.fit import Fit, fitted, fitted_at
 from cvxupdate.diagnose.modes.setting import ModesSetting
+from cvxupdate.diagnose.modes.tables import settled
 from cvxupdate.diagnose.settings import STRONG, WIDE
 from cvxupdate.diagnose.types import Real
 from cvxupdate.errors import ModelError
@@ -45,13 +46,25 @@ def fitted_from(
     setting: ModesSetting, start: Real, continued: bool = False, space: Space | None = None
 ) -> Fit:
     """Fitted from ``start``, in few coordinates where the nominal model has a ``space``;
-    ``continued``: at finite sizes, to which modes are followed.
+    ``continued``: at finite sizes, to which modes are followed. Once more where the mesh's error
+    of the modes that were found is another than it was taken for.
 
     Raises
     ------
     ModelError
         When the model is no structure at ``start``.
     """
+    found = _fitted_from(setting, start, continued, space)
+    tables = settled(setting.tables, found.point)
+    if tables is None:
+        return found
+    again = _begun(found.setting, found.point)
+    first = len(setting.residual.fit)
+    moved = replace(again.residual, fit=tables[:first], hold_out=tables[first:])
+    return _fitted_from(replace(again, residual=moved), found.p, False, space)
+
+
+def _fitted_from(setting: ModesSetting, start: Real, continued: bool, space: Space | None) -> Fit:
     few = in_few(setting, space)
     if few is not None:
         try:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from cvxupdate.diagnose.modes.tables import Tables
 from cvxupdate.diagnose.settings import LEAST_SIZE
 from cvxupdate.physics.place import listed
 from cvxupdate.residual.modal import ModalPoint
@@ -12,11 +11,11 @@ from cvxupdate.residual.modal import ModalPoint
 MODES = 3  # that are named
 
 
-def remains(point: ModalPoint, tables: Tables) -> str:
+def remains(point: ModalPoint) -> str:
     """The fitted modes whose frequencies are off by more than two deviations, in words, farthest
     first; empty where none is."""
     off: list[tuple[float, str]] = []
-    for k, table in enumerate(tables.fit):
+    for k, table in enumerate(point.residual.fit):
         gap = point.frequencies(k) / table.frequency - 1.0
         size = np.abs(gap) * table.frequency / table.frequency_std
         off += [

@@ -14,10 +14,12 @@ from cvxupdate.diagnose.modes.kinds import chi_square
 from cvxupdate.diagnose.modes.mixing import mixed
 from cvxupdate.diagnose.nominal.mesh import MeshError
 from cvxupdate.diagnose.settings import (
+    ANOTHER_MODE,
     BESIDE,
     FEWEST_RATIOS,
     FREQUENCY_DISCREPANCY,
     LIKELY,
+    SETTLED,
     SHAPE_DISCREPANCY,
     UNSTATED_FREQUENCY,
     UNSTATED_SHAPE,
@@ -38,7 +40,8 @@ class Tables:
     none; empty without a reference. ``gone``: rows of each table to fit that were left out, each
     with why (`cvxupdate.diagnose.modes.foreign`). ``seen``: tables to fit that were identified from
     FRFs, as they were, with what these say beside; empty of tables in a file; ``later``: the same
-    of FRFs that were held out."""
+    of FRFs that were held out. ``mesh``: what was taken out of their frequencies, by the modes of
+    the nominal model; None where the reference state has its own say."""
 
     fit: tuple[ModeTable, ...]
     hold: tuple[ModeTable, ...]
@@ -47,6 +50,7 @@ class Tables:
     gone: Mapping[int, Mapping[int, str]] = field(default_factory=dict)
     seen: tuple[Identified, ...] = ()
     later: Callable[[], Sequence[Identified]] = tuple
+    mesh: MeshError | None = None
 
     @property
     def left_out(self) -> list[str]:
@@ -122,7 +126,7 @@ def prepared(
     start = modal_residual(model, fit, hold, False).evaluate(model.zero())
     moved, measured = [], []
     for k, t in enumerate((*fit, *hold)):
-        shift = _shift(start, k, mesh)
+        shift = _shift(start, k, mesh, t)
         plain = _stated(t)
         measured.append(plain)
         there = _off_mesh(plain, shift)
@@ -137,7 +141,8 @@ def prepared(
         moved.append(_widened(there, missed, mesh.rest(shift)))
     places = [start.places[k].tolist() for k in range(len(fit))]
     before = () if common is None else tuple(common.damping(at) for at in places)
-    return Tables(tuple(moved[: len(fit)]), tuple(moved[len(fit) :]), tuple(measured), before)
+    first, rest = tuple(moved[: len(fit)]), tuple(moved[len(fit) :])
+    return Tables(first, rest, tuple(measured), before, mesh=mesh if common is None else None)
 
 
 def off_nodes(point: ModalPoint, k: int, table: ModeTable) -> Real:
@@ -217,12 +222,34 @@ def stated_tables(
 ) -> tuple[ModeTable, ...]:
     """Tables with a deviation in every entry, of noise alone, the mesh's error taken out."""
     start = modal_residual(model, tables, (), False).evaluate(model.zero())
-    return tuple(_off_mesh(t, _shift(start, k, mesh)) for k, t in enumerate(stated_of(tables)))
+    return tuple(_off_mesh(t, _shift(start, k, mesh, t)) for k, t in enumerate(stated_of(tables)))
 
 
-def _shift(start: ModalPoint, k: int, mesh: MeshError) -> Real:
-    own = start.frequencies(k)
-    return np.asarray(np.where(np.isfinite(own), mesh.at(np.nan_to_num(own)), 0.0))
+def _shift(start: ModalPoint, k: int, mesh: MeshError, table: ModeTable) -> Real:
+    """That of the mode each is paired with, or of the one that is nearest where that is another
+    mode by far: a model that is so much off says nothing of this one."""
+    own = np.nan_to_num(start.frequencies(k))
+    far = np.abs(own - table.frequency) > ANOTHER_MODE * table.frequency
+    at = mesh.at(np.where(far, table.frequency, own))
+    return np.asarray(np.where(own > 0.0, at, 0.0))
+
+
+def settled(tables: Tables, point: ModalPoint) -> tuple[ModeTable, ...] | None:
+    """The tables of a fitted model, without the mesh's error of its own modes: an effect may turn
+    them into others than those it was told by. None where they move by less than `SETTLED`."""
+    mesh, every = tables.mesh, point.residual.tables
+    if mesh is None or not mesh.labels or not len(mesh.frequencies):
+        return None
+    model, modes = point.residual.model, point.modes
+    sharp = mesh.taken_out(model, modes, mesh.rows(model)).eigenvalues
+    swings = modes.eigenvalues > 0.0
+    to = np.sqrt(np.where(swings, sharp / np.where(swings, modes.eigenvalues, 1.0), 1.0))
+    out, moves = [], False
+    for at, raw, now in zip(point.places, tables.measured, every, strict=True):
+        f = np.where(at >= 0, raw.frequency / to[at], now.frequency)
+        moves = moves or bool(np.any(np.abs(f - now.frequency) > SETTLED * now.frequency_std))
+        out.append(replace(now, frequency=f))
+    return tuple(out) if moves else None
 
 
 def _off_mesh(table: ModeTable, shift: Real) -> ModeTable:
@@ -245,7 +272,7 @@ def errors_of(point: ModalPoint, tables: Sequence[ModeTable], fitted: bool) -> R
 def metrics_of(drawn: ModalPoint, found: ModalPoint, tables: Tables) -> dict[str, Any]:
     """The contract's metrics: of the file as it came beside what was measured, and of a diagnosed
     model beside what it was fitted to."""
-    moved = (*tables.fit, *tables.hold)
+    moved = found.residual.tables
     out: dict[str, Any] = {}
     for key, use in (("fit", True), ("hold_out", False)):
         before = 100.0 * np.abs(errors_of(drawn, tables.measured, use))
