@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any, Protocol
 
 import numpy as np
 
 from cvxupdate.fe.elements.spring import SpringRow
 from cvxupdate.fe.terms import Real
-
-Sprung = dict[tuple[int, str], SpringRow]  # by node and kind of DOF
 
 
 class Made(Protocol):
@@ -35,7 +33,10 @@ def divided_springs(
     kind: each node has the length of edge that is its own, and of what springs give for each metre
     there is between two nodes the mean, of compliance as of what supports give (`analysis.rims`).
     """
-    sprung: Sprung = {(r.nodes[0], kind): r for r in rows for kind in r.directions}
+    sprung: dict[tuple[int, str], list[SpringRow]] = {}
+    for r in rows:
+        for own_kind in r.directions:
+            sprung.setdefault((r.nodes[0], own_kind), []).append(r)
     edges = _edges(made)
     own = dict.fromkeys(sprung, 0.0)  # metres, each between nodes of the file
     fine = dict.fromkeys(sprung, 0.0)  # likewise between those of the finer mesh
@@ -44,22 +45,29 @@ def divided_springs(
         length = float(np.linalg.norm(np.subtract(*(xyz[n] for n in ends))))
         for kind in {k for _, k in sprung}:
             here = [n for n in ends if (n, kind) in sprung]
-            if not here or any((n, kind) not in sprung and kind not in held[n] for n in ends):
+            if not all_along([(n, kind) in sprung for n in ends], [kind in held[n] for n in ends]):
                 continue
             for n in here:
                 own[n, kind] += length / 2.0
                 fine[n, kind] += length / 2.0 / (len(inner) + 1)
             between.append((kind, here, inner, length / (len(inner) + 1)))
     out: list[SpringRow] = []
-    for (n, kind), row in sprung.items():
+    for (n, kind), some in sprung.items():
         share = fine[n, kind] / own[n, kind] if own[n, kind] else 1.0
-        out.append(_row(row, n, kind, share * row.k))
+        out += [_row(row, n, kind, share * row.k) for row in some]
     for kind, here, inner, length in between:
         for node, weights in inner:
             soft = sum(weights[n] for n in here)
-            each = (sprung[n, kind].k / own[n, kind] * weights[n] for n in here)
-            out.append(_row(sprung[here[0], kind], node, kind, length * sum(each) / soft**2))
+            at = [(sum(row.k for row in sprung[n, kind]), n) for n in here]
+            each = (k / own[n, kind] * weights[n] for k, n in at)
+            out.append(_row(sprung[here[0], kind][0], node, kind, length * sum(each) / soft**2))
     return out
+
+
+def all_along(sprung: Iterable[bool], held: Iterable[bool]) -> bool:
+    """Whether springs hold an edge all along, by its ends: both, or one and a support the other."""
+    ends = list(zip(sprung, held, strict=True))
+    return any(a for a, _ in ends) and all(a or b for a, b in ends)
 
 
 def _row(row: SpringRow, node: int, kind: str, k: float) -> SpringRow:

@@ -190,6 +190,26 @@ def test_stiffness_of_an_edge_is_shared_and_not_lost(tmp_path):
     assert len(set(ids)) == len(ids)
 
 
+def test_two_springs_at_a_node_add_up(tmp_path):
+    """On finer parts, those of the file and those of the analysis, as on the file's own."""
+    text = sheet(4, 3, supports(4, 3, ("z",), HELD["ry"]))
+
+    def first(times: int) -> tuple[float, float]:
+        rows = [
+            f"{{ id = {100 * i + n}, nodes = [{n}], k = {2e2 * k / times}, edge = true }}"
+            for n, k in SHARED.items()
+            for i in range(1, 1 + times)
+        ]
+        own = f'[[model.elements]]\ntype = "spring"\ndof = "ry"\nrows = [{", ".join(rows)}]\n'
+        spec, model = read(tmp_path, text + own)
+        fine = build_model(replace(spec, model=refined(spec.model, lambda b, r: 3).model))
+        analysis = analysis_of(spec, model, 8)
+        assert analysis is not None
+        return tuple(float(model_modes(m, 1).frequencies[0]) for m in (fine, analysis.on(model)))
+
+    np.testing.assert_allclose(first(2), first(1), rtol=1e-9)
+
+
 def test_a_spring_between_two_nodes_holds_no_edge(tmp_path):
     text = sheet(4, 3, supports(4, 3, ("z",), HELD["ry"]))
     own = '[[model.elements]]\ntype = "spring"\nrows = [{ id = 99, nodes = [1, 6], dof = "ry", '

@@ -3,7 +3,7 @@ they act as well, where supports set free would (`cvxupdate.fe.analysis.rims`)."
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -11,6 +11,7 @@ import numpy as np
 from cvxupdate.fe.analysis.reduced import Inner
 from cvxupdate.fe.analysis.rims import Support, ends_of, spread
 from cvxupdate.fe.block import Block
+from cvxupdate.fe.edge_springs import all_along
 from cvxupdate.fe.elements.spring import Spring
 from cvxupdate.fe.labels import KINDS
 from cvxupdate.fe.model import Model
@@ -21,12 +22,12 @@ def with_held_edges(file: Model, fine: Model, inner: Sequence[Inner]) -> Model:
     supports of their kind; ``inner``: what it has beyond the model of the ``file``. A spring keeps
     its stiffness: of equal ones along an edge each has the length that is its own."""
     number = [k for k, b in enumerate(file.blocks) if isinstance(b.kind, Spring) and b.kind.edge]
-    at: dict[Support, tuple[int, int]] = {}  # block, row
+    at: dict[Support, list[tuple[int, int]]] = {}  # block, row
     for k in number:
         for e, row in enumerate(file.blocks[k].dofs[:, 0].tolist()):
             if row >= 0:
                 kind = KINDS[int(file.dof_kind[row])]
-                at.setdefault((int(file.node_ids[file.dof_node[row]]), kind), (k, e))
+                at.setdefault((int(file.node_ids[file.dof_node[row]]), kind), []).append((k, e))
     own = [f"n{node}.{kind}" for node, kind in at]
     labels = [*own, *(x.label for x in inner if _between(file, ends_of(x.label), at))]
     told = spread(fine, labels, list(at)) if len(labels) > len(own) else None
@@ -35,19 +36,17 @@ def with_held_edges(file: Model, fine: Model, inner: Sequence[Inner]) -> Model:
     rows = np.array([fine.place[label] for label in labels])
     blocks = list(fine.blocks)
     for k in number:
-        mine = [(i, e) for i, (block, e) in enumerate(at.values()) if block == k]
+        mine = [(i, e) for i, some in enumerate(at.values()) for block, e in some if block == k]
         blocks[k] = _spread(blocks[k], mine, rows, told[0] / told[1][:, None, None])
     return replace(fine, blocks=tuple(blocks))
 
 
-def _between(file: Model, ends: tuple[int, ...], at: dict[Support, tuple[int, int]]) -> bool:
-    """Whether springs hold an edge all along: both ends, or one and a support the other."""
-    for kind in {k for _, k in at}:
-        sprung = [(n, kind) in at for n in ends]
-        held = [f"n{n}.{kind}" not in file.place for n in ends]
-        if any(sprung) and all(a or b for a, b in zip(sprung, held, strict=True)):
-            return True
-    return False
+def _between(file: Model, ends: tuple[int, ...], at: Collection[Support]) -> bool:
+    """Whether springs hold what is between the ends in any direction."""
+    return any(
+        all_along(((n, kind) in at for n in ends), (f"n{n}.{kind}" not in file.place for n in ends))
+        for kind in {k for _, k in at}
+    )
 
 
 def _spread(
