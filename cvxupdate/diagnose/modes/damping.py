@@ -13,7 +13,7 @@ complex ones and are so beyond chance, their imaginary parts tell the places apa
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -39,6 +39,7 @@ from cvxupdate.diagnose.settings import (
 from cvxupdate.diagnose.types import Real
 from cvxupdate.errors import CvxupdateError
 from cvxupdate.fe.model import Model
+from cvxupdate.physics.attached_resonator import Oscillator
 from cvxupdate.physics.effect import Effect, ModelChange
 from cvxupdate.physics.place import capital
 from cvxupdate.recordings.identify.decay import decay_rates
@@ -53,6 +54,7 @@ OF_ALL = (
 )
 SHARES, LAWS = 7.0, 41  # logarithm of the largest share of a law's part, and shares tried of each
 STEPS = 400  # sizes tried of each effect, up to where it would take the whole of a mode's damping
+INSIDE = 41  # likewise of a dashpot inside a hidden oscillator
 
 
 @dataclass(frozen=True)
@@ -60,7 +62,8 @@ class Ratios:
     """Measured damping ratios (modes,), their deviations, what is known of them beforehand (by the
     ``file``, or measured at the reference), and the modes: shapes (N, modes), circular frequencies;
     deviations of log ζ about what is known, of each mode (``own``) and of all together
-    (``common``)."""
+    (``common``); ``swinging`` (oscillators, modes): what one unit of a dashpot inside each hidden
+    oscillator of the model adds, which it may have as it likes."""
 
     measured: Real
     std: Real
@@ -69,6 +72,7 @@ class Ratios:
     omega: Real
     own: Real | float = MODE_DAMPING_STD
     common: float = COMMON_DAMPING_STD
+    swinging: Real = field(default_factory=lambda: np.zeros((0, 0)))
 
     @property
     def spread(self) -> Real:
@@ -77,13 +81,26 @@ class Ratios:
         return np.sqrt(np.square(self.own) + (self.std / self.measured) ** 2 + self.measured**2)
 
     def strain(self, added: Real) -> Real:
-        """Squares of the log ratios in units of their scatter, the common shift at its best, when
-        ``added`` (sizes, modes) is taken off: (sizes,)."""
-        u, w = np.log((self.measured - added) / self.file), 1.0 / self.spread**2
+        """Squares of the log ratios in units of their scatter, the common shift and what hidden
+        oscillators lose at their best, when ``added`` (sizes, modes) is taken off: (sizes,)."""
+        least = self._strain(added)
+        for rate in self.swinging:
+            most = float(np.min(self.measured / np.maximum(rate, np.finfo(float).tiny)))
+            inside = added[:, None] + 0.999 * most * np.linspace(0.0, 1.0, INSIDE)[:, None] * rate
+            tried = self._strain(inside.reshape(-1, len(rate))).reshape(len(added), INSIDE)
+            k = np.argmin(tried, axis=1)
+            added, least = inside[np.arange(len(k)), k], tried[np.arange(len(k)), k]
+        return least
+
+    def _strain(self, added: Real) -> Real:
+        """Infinite where more is taken off than there is."""
+        rest = self.measured - added
+        there = np.all(rest > 0.0, axis=1)
+        u = np.log(np.where(there[:, None], rest, self.measured) / self.file)
+        w = 1.0 / self.spread**2
         common = (u * w).sum(axis=1) / (w.sum() + self.common**-2)
-        return np.asarray(
-            (w * (u - common[:, None]) ** 2).sum(axis=1) + (common / self.common) ** 2
-        )
+        squares = (w * (u - common[:, None]) ** 2).sum(axis=1) + (common / self.common) ** 2
+        return np.asarray(np.where(there, squares, np.inf))
 
     def rate(self, c: ModelChange) -> Real:
         """What one unit of an effect's parameter adds to each ratio, (modes,)."""
@@ -116,9 +133,10 @@ def ratios_of(point: ModalPoint, original: Model, before: Sequence[Real] = ()) -
     flexible = np.maximum(point.modes.eigenvalues[point.modes.rigid :], 0.0)
     given = file_damping(original, np.sqrt(flexible) / (2.0 * np.pi))[at - point.modes.rigid]
     omega, shapes = np.sqrt(point.modes.eigenvalues[at]), point.modes.shapes[:, at]
+    swinging = _swinging(point.residual.model, shapes) / (2.0 * omega)
     measured = known > 0.0
     if not np.any(measured):
-        return Ratios(zeta, std, given, shapes, omega)
+        return Ratios(zeta, std, given, shapes, omega, swinging=swinging)
     relative = np.where(measured, known_std / np.where(measured, known, 1.0), 0.0)
     own = np.where(
         measured,
@@ -126,7 +144,14 @@ def ratios_of(point: ModalPoint, original: Model, before: Sequence[Real] = ()) -
         np.hypot(MODE_DAMPING_STD, COMMON_DAMPING_STD),
     )
     known = np.where(measured, known, given)
-    return Ratios(zeta, std, known, shapes, omega, own, COMMON_DAMPING_REPEATED)
+    return Ratios(zeta, std, known, shapes, omega, own, COMMON_DAMPING_REPEATED, swinging)
+
+
+def _swinging(model: Model, shapes: Real) -> Real:
+    """Squares of how far each hidden oscillator moves against its host, (oscillators, modes)."""
+    pairs = [b.dofs[:, :2] for b in model.blocks if b.kind.name == Oscillator.name]
+    both = np.concatenate([np.zeros((0, 2), dtype=np.int64), *pairs])
+    return np.asarray((shapes[both[:, 0]] - shapes[both[:, 1]]) ** 2)
 
 
 def _stated(damping: Real, std: Real) -> Real:

@@ -182,3 +182,13 @@ def test_heavy_damping_tells_less_than_light(chain, lab):
         replace(base, measured=z * np.ones(4), std=1e-3 * np.ones(4)) for z in (0.01, 0.5)
     )
     assert np.all(heavy.spread > 0.5) and np.all(light.spread < 1.1 * light.own)
+
+
+def test_what_a_hidden_oscillator_loses_is_no_damper_elsewhere(chain, lab):
+    """Two modes that share an oscillator's motion are damped by its own dashpot."""
+    base = ratios(lab(), np.zeros((4, 4)), np.zeros((4, 4)))
+    inside = np.array([[0.1, 1.0, 0.8, 0.0]])
+    there = replace(base, measured=base.measured + 0.03 * inside[0])
+    assert found(chain, there)[0] > 20.0
+    before, trials = found(chain, replace(there, swinging=inside))
+    assert before < 4.0 and trials == []
