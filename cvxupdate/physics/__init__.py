@@ -35,6 +35,7 @@ from cvxupdate.physics.held_edges import HeldEdges
 from cvxupdate.physics.hysteresis import Hysteresis
 from cvxupdate.physics.joint_flexibility import JointFlexibility
 from cvxupdate.physics.loose_span import LooseSpan
+from cvxupdate.physics.looser_support import LooserSupport
 from cvxupdate.physics.mass_change import MassChange
 from cvxupdate.physics.mass_proportional_damping import MassProportionalDamping
 from cvxupdate.physics.moving_fixture import MovingFixture
@@ -76,6 +77,7 @@ EFFECTS: tuple[EffectType, ...] = (
     SoftSupport(),
     EqualSupports(),
     LooseSpan(),
+    LooserSupport(),
     SoftMounts(),
     FlexibleSupport(),
     MovingFixture(),

@@ -180,6 +180,10 @@ def change(
     for key in OWN:
         if key in moved:
             row[key] = not_negative(number, key, now[key])
+    if "a0" in now:  # a spring by its compliance (`cvxupdate.physics.sprung`)
+        if "stiffness" not in moved:
+            row.pop("stiffness_factor", None)
+        row["k"] = not_negative(number, "k", now["share"] / (now["a0"] + now["a"]))
     if "damping" in moved:
         _damping_factor(row, block, number, now)
     if moved & set(MADE_OF):

@@ -80,8 +80,13 @@ def on_the_file(
     """Those that stand on elements of the nominal model: none changes what another effect added.
     ``file``: the model as it came, where the nominal one was brought to a reference state; then
     they stand on its nodes too, ends that were opened under the numbers that they had."""
-    known = elements_of(file or nominal)
-    mine = [e for e in effects if known.issuperset(e.place.elements)]
+    known, standing = elements_of(file or nominal), elements_of(nominal)
+    mine = [
+        e
+        for e in effects
+        if known.issuperset(e.place.elements)
+        and (e.change is None or standing.issuperset(e.change.members))
+    ]
     if file is None:
         return mine
     old = _numbers(file, nominal)
