@@ -32,6 +32,7 @@ from cvxupdate.physics.released import (
     straight_runs,
     tangent_of,
 )
+from cvxupdate.physics.sprung import Sprung, joined, softened, sprung_of
 from cvxupdate.physics.units import number, quantity
 
 LIMITS = (0.0, SOFTEST)
@@ -43,13 +44,15 @@ DIRECTIONS = 9  # along which one gives way: the softest
 
 @dataclass(frozen=True)
 class Row:
-    """Supports in a row: ``nodes`` along an edge, each held in ``kinds``; ``free``: all of them set
-    free; ``units`` of compliance by kind, and the one that ``others`` are taken in."""
+    """Supports in a row: ``nodes`` along an edge, each held in ``kinds``; ``free``: all that are
+    rigid set free, ``sprung`` those on springs that the reference state has; ``units`` of
+    compliance by kind, and the one that ``others`` are taken in."""
 
     context: SearchContext
     nodes: tuple[int, ...]
     kinds: tuple[str, ...]
     free: Released
+    sprung: tuple[Sprung, ...]
     units: Mapping[str, float]
 
     @classmethod
@@ -57,20 +60,28 @@ class Row:
         cls, context: SearchContext, nodes: tuple[int, ...], kinds: tuple[str, ...]
     ) -> Row | None:
         """None where one of them holds nothing."""
-        free = Released.of(context, [(n, k) for n in nodes for k in kinds])
+        on = {(s.node, s.kind): s for s in sprung_of(context)}
+        every = [(n, k) for n in nodes for k in kinds]
+        sprung = tuple(on[h] for h in every if h in on)
+        free = Released.of(context, [h for h in every if h not in on])
         own = np.diag(free.within)
-        if len(free.held) < len(nodes) * len(kinds) or own.min(initial=1.0) <= 0.0:
+        if len(free.held) + len(sprung) < len(every) or own.min(initial=1.0) <= 0.0:
             return None
         units: dict[str, float] = {}
         for alike in (TRANSLATIONS, ROTATIONS):
-            at = [i for i, (_, k) in enumerate(free.held) if k in alike]
-            units |= {k: 1.0 / float(own[at].mean()) for k in kinds if k in alike}
-        return cls(context, nodes, kinds, free, units)
+            there = [float(own[i]) for i, (_, k) in enumerate(free.held) if k in alike]
+            there += [s.beside(context) for s in sprung if s.kind in alike]
+            units |= {k: 1.0 / float(np.mean(there)) for k in kinds if k in alike}
+        return cls(context, nodes, kinds, free, sprung, units)
 
     @property
     def unit(self) -> float:
         """That of the first direction, which all are taken in."""
         return self.units[self.kinds[0]]
+
+    def springs(self, nodes: tuple[int, ...]) -> tuple[Sprung, ...]:
+        """The springs of some of its nodes."""
+        return tuple(s for s in self.sprung if s.node in nodes)
 
     def held(self, nodes: tuple[int, ...]) -> tuple[Held, ...]:
         """The supports of some of its nodes."""
@@ -78,9 +89,14 @@ class Row:
 
     def softer(self, nodes: tuple[int, ...]) -> Model:
         """On springs there, rigid today."""
-        free = Released.of(self.context, self.held(nodes)).scaled(self._factors(nodes))
-        model = free.sprung(self.unit, STIFF)
-        added = model.blocks[len(self.free.model.blocks) :]
+        model, sprung = self.context.model, self.springs(nodes)
+        before = len(model.blocks)
+        held = self.held(nodes)
+        if held:
+            free = Released.of(self.context, held).scaled(self._factors(nodes))
+            model = free.sprung(self.unit, STIFF)
+        model = softened(model, sprung, [self.unit / self.units[s.kind] for s in sprung])
+        added = model.blocks[before:]
         ids = [i for b in added for i in b.ids.tolist()]
         name = f"loose_span@n{nodes[0]}-n{nodes[-1]}"
         return append_parameters(model, [limited(name, "a", ids, LIMITS, self.unit)])
@@ -89,6 +105,10 @@ class Row:
         """The same at any size, along the motions of the nodes: what an edge does besides them adds
         little (of a span of two supports 0.3 % of the frequencies where it moves them by 4 %), and
         as many directions again."""
+        parts = [s.along(self.units[s.kind]) for s in self.springs(nodes)]
+        return joined([*([self._along(nodes)] if self.free.held else []), *parts])
+
+    def _along(self, nodes: tuple[int, ...]) -> LowRank:
         held, labels = self.held(nodes), self.free.model.labels[self.free.before :]
         own = [i for i, (n, _) in enumerate(self.free.held) if n in nodes]
         inner = range(len(self.free.held), len(labels))
@@ -114,10 +134,14 @@ class Row:
             own = next((k for k in self.kinds if k in alike), None)
             if own is not None:
                 times = self.unit / self.units[own]
-                out.append(stiffness(name, unit, self.unit / STIFF, times=times))
-        if len(out) == 1:
-            return (stiffness("k", out[0].unit, self.unit / STIFF),)
-        return tuple(out)
+                before = [s.k for s in self.sprung if s.kind in alike]
+                stiff = times / float(np.mean(before)) if before else self.unit / STIFF
+                out.append((name, unit, stiff, times))
+        names = ["k"] if len(out) == 1 else [name for name, *_ in out]
+        return tuple(
+            stiffness(name, unit, stiff, times=times)
+            for name, (_, unit, stiff, times) in zip(names, out, strict=True)
+        )
 
     def reach(self, nodes: tuple[int, ...]) -> str:
         """Where the span ends, and how long it is."""
@@ -147,7 +171,11 @@ class LooseSpan(EffectType):
                     continue  # that is a support which gives way
                 along = row.along(span)
                 change = ModelChange(
-                    partial(row.softer, span), ((tangent_of(along),),), series=True, along=along
+                    partial(row.softer, span),
+                    ((tangent_of(along),),),
+                    tuple(s.id for s in row.springs(span)),
+                    series=True,
+                    along=along,
                 )
                 place = Place(nodes=span, dof=kinds[0] if len(kinds) == 1 else None)
                 spot = f"at {where(place)} ({row.reach(span)})"
@@ -163,12 +191,14 @@ class LooseSpan(EffectType):
             for name, unit in (("k", "N·m/rad" if turns else "N/m"), ("kr", "N·m/rad"))
             if name in values
         ]
+        sprung = effect.change is not None and effect.change.members
+        firmly = "more firmly" if sprung else "rigidly"
         every = "" if effect.place.dof else " in every direction"
         return (
             f"The support{'s' if several else ''} {effect.spot} "
             f"{'are' if several else 'is'} loose{every}: {'they hold' if several else 'it holds'} "
             f"with {' and '.join(parts)}{' each' if several else ''}, while the model holds "
-            f"{'them' if several else 'it'} rigidly."
+            f"{'them' if several else 'it'} {firmly}."
         )
 
 
@@ -177,7 +207,8 @@ def rows(context: SearchContext) -> Iterator[tuple[tuple[int, ...], tuple[str, .
     in which all of them are held; not those in which all nodes are, for that is how a plane
     structure is said. A corner is held by the other side still."""
     of: dict[int, set[str]] = {}
-    for node, kind in context.supports:
+    sprung = [(s.node, s.kind) for s in sprung_of(context)]
+    for node, kind in (*context.supports, *sprung):
         of.setdefault(node, set()).add(kind)
     every = context.model.node_ids.tolist()
     plane = {k for k in KINDS if all(k in of.get(n, ()) for n in every)}

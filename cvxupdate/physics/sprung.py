@@ -35,6 +35,10 @@ class Sprung:
     dofs: np.ndarray
     pattern: Real
 
+    def beside(self, context: SearchContext) -> float:
+        """Stiffness of the structure there, without it."""
+        return max(context.local(int(self.dofs[0]))[0] - self.k * float(self.pattern[0, 0]), 1e-300)
+
     def along(self, unit: float) -> LowRank:
         """With a compliance of ``unit`` p more, at any size: −k + 1 / (1 / k + unit p)."""
         free = self.dofs >= 0

@@ -208,3 +208,20 @@ def test_a_mass_that_is_taken_off_is_no_bar_that_grows_stiffer(tmp_path) -> None
     assert first.physics == "added_mass" and first.place.nodes == (NODES[1],)
     assert abs(first.parameters["m"] + MASS) <= 2.0 * first.deviations["m"]
     assert first.confidence > 0.5
+
+
+def test_a_clamp_that_has_come_looser_is_found_beside_one_that_turned_before(tmp_path) -> None:
+    """What the reference gave the model on springs may give more."""
+    rng, tables = np.random.default_rng(8), []
+    for state, kr in (("reference", 500.0), ("today", 100.0)):
+        path = cantilever(
+            tmp_path, SOFT.format(kz=1e9, kr=kr), NODES, [("today", np.arange(1.0, 6.0))]
+        )
+        real = build_model(replace(load_problem(path), update=None))
+        noisy = 1.0 + 0.0005 * rng.standard_normal(5)
+        tables.append((state, model_modes(real, 5).frequencies * noisy))
+    (first,) = diagnose(cantilever(tmp_path, tables=tables)).findings
+    assert first.physics == "grounding_spring" and first.place.nodes == (1,)
+    assert first.place.dof == "ry" and first.confidence > 0.8
+    assert first.parameters["k"] == pytest.approx(100.0, rel=0.15)
+    assert "gives more than it did" in first.says
