@@ -65,6 +65,21 @@ EDGE: dict[str, Any] = {
     "supports": [{"nodes": [1, 4, 7, 10], "dofs": ["z", "rx", "ry"]}],
     "damping": {"kind": "modal", "zeta": [0.01, 0.02]},
 }
+TURNING: dict[str, Any] = {  # an edge that is held rigidly across, and about its line on springs
+    **EDGE,
+    "supports": [{"nodes": [1, 4, 7, 10], "dofs": ["z", "rx"]}],
+    "elements": [
+        *EDGE["elements"],
+        {
+            "type": "spring",
+            "dof": "ry",
+            "rows": [
+                {"id": 90 + n, "nodes": [n], "k": 40.0 * n, "edge": True, "group": f"edge {n}"}
+                for n in (1, 4, 7, 10)
+            ],
+        },
+    ],
+}
 HINGED: dict[str, Any] = {**EDGE, "supports": [{"nodes": [1, 4, 7, 10], "dofs": ["z"]}]}
 _CELLS = squares(3, 2, 0.2)
 SHELL: dict[str, Any] = {
@@ -160,6 +175,7 @@ STRUCTURES: dict[str, dict[str, Any]] = {
     "beam": BEAM,
     "plate": PLATE,
     "edge": EDGE,
+    "turning": TURNING,
     "hinged": HINGED,
     "shell": SHELL,
     "shaft": SHAFT,
@@ -173,6 +189,7 @@ ACCELEROMETERS = {
     "mounted": ("n2.y", "n4.z"),
     "beam": ("n3.z", "n4.x", "n4.z", "n6.z"),
     "edge": ("n6.z", "n9.z"),
+    "turning": ("n6.z", "n9.z"),
     "hinged": ("n6.z", "n9.z"),
     "plate": ("n6.z", "n9.z"),
     "shell": ("n6.z", "n9.x"),
@@ -208,6 +225,7 @@ CASES = (
     Case("SoftSupport", "beam", {"k": 2.1e6}),
     Case("EqualSupports", "beam", {"k": 2.1e6}),
     Case("LooseSpan", "edge", {"k": 2.1e6, "kr": 310.0}),
+    Case("LooseSpan", "turning", {"k": 2.1e6, "kr": 310.0}),
     Case("LooserSupport", "mounted", {"k": 2.1e6}),
     Case("SoftMounts", "mounted", {"factor": 0.71}),
     Case("FlexibleSupport", "beam", {"k": 2.1e6, "m": 3.4}),
