@@ -13,34 +13,29 @@ complex ones and are so beyond chance, their imaginary parts tell the places apa
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
 import numpy as np
 
 from cvxupdate.diagnose.modes.complexity import by_chance
 from cvxupdate.diagnose.modes.kinds import chance_of_one, chi_square
+from cvxupdate.diagnose.modes.ratios import Ratios, ratios_of
 from cvxupdate.diagnose.modes.tables import Tables
 from cvxupdate.diagnose.modes.turned import Turned, turned_of
-from cvxupdate.diagnose.nominal.damping import file_damping
 from cvxupdate.diagnose.results import Damper, Further
 from cvxupdate.diagnose.settings import (
-    COMMON_DAMPING_REPEATED,
     COMMON_DAMPING_STD,
-    DAMPING_REPEATED,
-    FEWEST_RATIOS,
     HALVED,
     LAW_RATIOS,
     LAW_SCATTER,
     LUCK,
     MODE_DAMPING_STD,
     STATED,
-    UNSTATED_DAMPING,
 )
 from cvxupdate.diagnose.types import Real
 from cvxupdate.errors import CvxupdateError
 from cvxupdate.fe.model import Model
-from cvxupdate.physics.attached_resonator import Oscillator
-from cvxupdate.physics.effect import Effect, ModelChange
+from cvxupdate.physics.effect import Effect
 from cvxupdate.physics.place import capital
 from cvxupdate.recordings.identify.decay import decay_rates
 from cvxupdate.recordings.quantiles import chi_square_above
@@ -53,109 +48,10 @@ OF_ALL = (
     "the usual scatter: another law than the file's, and nothing at any one place."
 )
 SHARES, LAWS = 7.0, 41  # logarithm of the largest share of a law's part, and shares tried of each
-STEPS = 400  # sizes tried of each effect, up to where it would take the whole of a mode's damping
-INSIDE = 41  # likewise of a dashpot inside a hidden oscillator
-
-
-@dataclass(frozen=True)
-class Ratios:
-    """Measured damping ratios (modes,), their deviations, what is known of them beforehand (by the
-    ``file``, or measured at the reference), and the modes: shapes (N, modes), circular frequencies;
-    deviations of log ζ about what is known, of each mode (``own``) and of all together
-    (``common``); ``swinging`` (oscillators, modes): what one unit of a dashpot inside each hidden
-    oscillator of the model adds, which it may have as it likes."""
-
-    measured: Real
-    std: Real
-    file: Real
-    shapes: Real
-    omega: Real
-    own: Real | float = MODE_DAMPING_STD
-    common: float = COMMON_DAMPING_STD
-    swinging: Real = field(default_factory=lambda: np.zeros((0, 0)))
-
-    @property
-    def spread(self) -> Real:
-        """Deviation of the logarithm of each ratio: usual scatter, measurement, and what the first
-        order in damping leaves of a heavy one, the ratio itself as a part of it."""
-        return np.sqrt(np.square(self.own) + (self.std / self.measured) ** 2 + self.measured**2)
-
-    def strain(self, added: Real) -> Real:
-        """Squares of the log ratios in units of their scatter, the common shift and what hidden
-        oscillators lose at their best, when ``added`` (sizes, modes) is taken off: (sizes,)."""
-        least = self._strain(added)
-        for rate in self.swinging:
-            most = float(np.min(self.measured / np.maximum(rate, np.finfo(float).tiny)))
-            inside = added[:, None] + 0.999 * most * np.linspace(0.0, 1.0, INSIDE)[:, None] * rate
-            tried = self._strain(inside.reshape(-1, len(rate))).reshape(len(added), INSIDE)
-            k = np.argmin(tried, axis=1)
-            added, least = inside[np.arange(len(k)), k], tried[np.arange(len(k)), k]
-        return least
-
-    def _strain(self, added: Real) -> Real:
-        """Infinite where more is taken off than there is."""
-        rest = self.measured - added
-        there = np.all(rest > 0.0, axis=1)
-        u = np.log(np.where(there[:, None], rest, self.measured) / self.file)
-        w = 1.0 / self.spread**2
-        common = (u * w).sum(axis=1) / (w.sum() + self.common**-2)
-        squares = (w * (u - common[:, None]) ** 2).sum(axis=1) + (common / self.common) ** 2
-        return np.asarray(np.where(there, squares, np.inf))
-
-    def rate(self, c: ModelChange) -> Real:
-        """What one unit of an effect's parameter adds to each ratio, (modes,)."""
-        out = np.zeros(len(self.omega))
-        phi = np.vstack([self.shapes, np.zeros((1, self.shapes.shape[1]))])
-        for b in c.tangent[0]:
-            local = phi[b.dofs]  # (elements, dofs, modes); −1 is the ground
-            for part, by in ((b.C, 2.0 * self.omega), (b.D, 2.0 * self.omega**2)):
-                if part is not None:
-                    out += np.einsum("eim,eij,ejm->m", local, part, local, optimize=True) / by
-        return out
-
-
-def ratios_of(point: ModalPoint, original: Model, before: Sequence[Real] = ()) -> Ratios | None:
-    """The fitted tables' damping ratios beside the model's modes; None where there are too few.
-    ``before``: of each table, the ratios at the reference with their deviations, (2, modes), NaN
-    where it has none."""
-    rows: list[Real] = []
-    for k, (table, places) in enumerate(zip(point.residual.fit, point.places, strict=False)):
-        at_reference = before[k] if before else np.full((2, len(places)), np.nan)
-        today = table.damping, _stated(table.damping, table.damping_std)
-        rows.append(np.column_stack([*today, places, at_reference[0], _stated(*at_reference)]))
-    of = np.concatenate(rows) if rows else np.empty((0, 5))
-    there = (of[:, 0] > 0.0) & (of[:, 2] >= 0)  # NaN is neither
-    there[there] = point.modes.eigenvalues[of[there, 2].astype(int)] > 0.0
-    if there.sum() < FEWEST_RATIOS:
-        return None
-    zeta, std, _, known, known_std = of[there].T
-    at = of[there, 2].astype(int)
-    flexible = np.maximum(point.modes.eigenvalues[point.modes.rigid :], 0.0)
-    given = file_damping(original, np.sqrt(flexible) / (2.0 * np.pi))[at - point.modes.rigid]
-    omega, shapes = np.sqrt(point.modes.eigenvalues[at]), point.modes.shapes[:, at]
-    swinging = _swinging(point.residual.model, shapes) / (2.0 * omega)
-    measured = known > 0.0
-    if not np.any(measured):
-        return Ratios(zeta, std, given, shapes, omega, swinging=swinging)
-    relative = np.where(measured, known_std / np.where(measured, known, 1.0), 0.0)
-    own = np.where(
-        measured,
-        np.hypot(DAMPING_REPEATED, relative),
-        np.hypot(MODE_DAMPING_STD, COMMON_DAMPING_STD),
-    )
-    known = np.where(measured, known, given)
-    return Ratios(zeta, std, known, shapes, omega, own, COMMON_DAMPING_REPEATED, swinging)
-
-
-def _swinging(model: Model, shapes: Real) -> Real:
-    """Squares of how far each hidden oscillator moves against its host, (oscillators, modes)."""
-    pairs = [b.dofs[:, :2] for b in model.blocks if b.kind.name == Oscillator.name]
-    both = np.concatenate([np.zeros((0, 2), dtype=np.int64), *pairs])
-    return np.asarray((shapes[both[:, 0]] - shapes[both[:, 1]]) ** 2)
-
-
-def _stated(damping: Real, std: Real) -> Real:
-    return np.where(std > 0.0, std, UNSTATED_DAMPING * damping)
+STEPS = 400  # sizes tried of each effect, up to `MOST` times the whole of a mode's damping
+MOST = 1.5
+HEAVY = 0.03  # added ratio from which a damper is looked at in all orders
+STRONGEST = 8  # of the effects tried, so many
 
 
 def needed_drop(places: int, modes: int) -> float:
@@ -178,7 +74,7 @@ def damping_trials(
     out = []
     for c, g in able:
         whole = np.where(g > 0.0, ratios.measured / np.where(g > 0.0, g, 1.0), np.inf)
-        most = min(0.999 * float(np.min(whole)), c.limits[1])
+        most = min(MOST * float(np.min(whole)), c.limits[1])
         sizes = most * np.linspace(0.0, 1.0, STEPS + 1)
         strains = ratios.strain(sizes[:, None] * g)
         x = np.zeros(0) if turned is None or c.change is None else turned.rate(c.change)
@@ -197,7 +93,25 @@ def damping_trials(
                     names.count(c.physics),
                 )
             )
-    return before, sorted(out, key=lambda t: t.strain)
+    out.sort(key=lambda t: t.strain)
+    strong = [_strong(ratios, t) for t in out[:STRONGEST]] if turned is None else out[:STRONGEST]
+    return before, sorted([*strong, *out[STRONGEST:]], key=lambda t: t.strain)
+
+
+def _strong(ratios: Ratios, t: Damper) -> Damper:
+    """A damper that is strong to the modes, at its best size in all orders."""
+    change = t.effect.change
+    if change is None or any(b.D is not None for b in change.tangent[0]):
+        return t
+    if t.size * float(np.max(ratios.rate(change))) < HEAVY:
+        return t
+    sizes = t.size * np.geomspace(0.5, 3.0, 61)
+    sizes = sizes[sizes < t.effect.limits[1]]
+    strains = ratios.strain(ratios.coupled(change, sizes))
+    k = int(np.argmin(strains))
+    inside = sizes[strains <= strains[k] + 1.0]
+    wide = float(max(np.ptp(inside) / 2.0, sizes[k] * 0.03))
+    return replace(t, size=float(sizes[k]), deviation=wide, strain=float(strains[k]))
 
 
 def damping_laws(

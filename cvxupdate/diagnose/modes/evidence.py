@@ -269,7 +269,8 @@ class ModesEvidence(Linear):
     def lines(self) -> list[str]:
         """What the mesh of the file is worth, and what time did not allow."""
         mesh = [*mesh_line(self.mesh.worst(self.tables.top)), *mesh_lines(self.fine, False)]
-        return [*mesh, *theory_lines(self.model, self.bases[-1]), *self.budget.lines]
+        theory = theory_lines(self.model, self.bases[-1])
+        return [*mesh, *self.tables.told, *theory, *self.budget.lines]
 
     def updated(self, last: Fit, further: Further) -> Updated:
         """With the pairing of each table."""

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 from cvxupdate.diagnose.budget import Budget
 from cvxupdate.diagnose.modes.common import common_of
+from cvxupdate.diagnose.modes.coupled import without_coupling
 from cvxupdate.diagnose.modes.evidence import ModesEvidence
 from cvxupdate.diagnose.modes.foreign import foreign, line, was_there, without
 from cvxupdate.diagnose.modes.gains import suspect
@@ -92,6 +93,9 @@ def modes_evidence(
     if odd is not None:
         tables = [*(without_shapes_at(own, odd) for own in seen), *tables[len(seen) :]]
         whole = evidence(tables)
+    whole = without_coupling(evidence, whole, tables)
+    if whole.tables.told:
+        return whole
     return _known(evidence, whole, tables, None if reference is None else reference[1])
 
 

@@ -41,7 +41,8 @@ class Tables:
     with why (`cvxupdate.diagnose.modes.foreign`). ``seen``: tables to fit that were identified from
     FRFs, as they were, with what these say beside; empty of tables in a file; ``later``: the same
     of FRFs that were held out. ``mesh``: what was taken out of their frequencies, by the modes of
-    the nominal model; None where the reference state has its own say."""
+    the nominal model; None where the reference state has its own say. ``told``: what else was
+    taken out of them, in words."""
 
     fit: tuple[ModeTable, ...]
     hold: tuple[ModeTable, ...]
@@ -51,6 +52,7 @@ class Tables:
     seen: tuple[Identified, ...] = ()
     later: Callable[[], Sequence[Identified]] = tuple
     mesh: MeshError | None = None
+    told: tuple[str, ...] = ()
 
     @property
     def left_out(self) -> list[str]:

@@ -11,13 +11,13 @@ from scipy.linalg import eig, eigh
 
 from cvxupdate.diagnose.modes.damping import (
     LUCK,
-    Ratios,
     damping_trials,
     law_odds,
     law_strain,
     needed_drop,
 )
 from cvxupdate.diagnose.modes.kinds import chi_square
+from cvxupdate.diagnose.modes.ratios import Ratios
 from cvxupdate.diagnose.nominal.damping import undamped
 from cvxupdate.diagnose.nominal.scatter import with_nuisance
 from cvxupdate.diagnose.settings import STATED
@@ -192,3 +192,11 @@ def test_what_a_hidden_oscillator_loses_is_no_damper_elsewhere(chain, lab):
     assert found(chain, there)[0] > 20.0
     before, trials = found(chain, replace(there, swinging=inside))
     assert before < 4.0 and trials == []
+
+
+def test_what_a_strong_dashpot_adds_may_be_all_of_a_ratio(chain, lab):
+    """Noise of a ratio is of all of it; the scatter of what was there before, of that alone."""
+    base = ratios(lab(), np.zeros((4, 4)), np.zeros((4, 4)))
+    added = np.array([0.09, 0.01, 0.0, 0.0])
+    there = replace(base, measured=0.9 * (base.file + added), std=0.1 * (base.file + added))
+    assert there.strain(added[None])[0] < 6.0 < 20.0 < there.strain(np.zeros((1, 4)))[0]

@@ -10,7 +10,8 @@ import pytest
 from scipy.linalg import eig, eigh
 
 from cvxupdate.diagnose.modes.complexity import by_chance
-from cvxupdate.diagnose.modes.damping import Ratios, damping_trials
+from cvxupdate.diagnose.modes.damping import damping_trials
+from cvxupdate.diagnose.modes.ratios import Ratios
 from cvxupdate.diagnose.modes.turned import turned_of
 from cvxupdate.diagnose.nominal.damping import undamped
 from cvxupdate.diagnose.nominal.scatter import with_nuisance
