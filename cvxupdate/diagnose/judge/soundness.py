@@ -74,8 +74,16 @@ def _least(h: Hypothesis, effect: Effect, figures: Figures, evidence: Grounds) -
     own = _own_modes(h, effect, figures)
     if not own:
         return LEAST_SIZE
-    came = evidence.file is not None and any(table.pairs[row] <= 0 for table, row in own)
+    came = evidence.file is not None and any(_came(table, row) for table, row in own)
     return 0.0 if came else SEEN_SIZE
+
+
+def _came(table: ModeTable, row: int) -> bool:
+    """Whether a mode, or one next to it by frequency, is none that the reference has: an oscillator
+    makes two of one, and which of them came shapes do not always tell."""
+    order = np.argsort(table.frequency, kind="stable").tolist()
+    at = order.index(row)
+    return bool(np.any(table.pairs[order[max(at - 1, 0) : at + 2]] <= 0))
 
 
 def _own_modes(h: Hypothesis, effect: Effect, figures: Figures) -> list[tuple[ModeTable, int]]:
