@@ -8,9 +8,9 @@ import numpy as np
 
 from cvxupdate.diagnose.fit import Fit
 from cvxupdate.diagnose.modes.first_order import block_columns, columns_of, linearised
-from cvxupdate.diagnose.screen.projection import Linearised, Projection, norms
+from cvxupdate.diagnose.screen.likeness import in_proportion, of_one_kind
+from cvxupdate.diagnose.screen.projection import Linearised, Projection
 from cvxupdate.diagnose.settings import NEIGHBOURING
-from cvxupdate.diagnose.types import Real
 from cvxupdate.fe.block import Index
 from cvxupdate.physics.attached_resonator import hidden_label
 from cvxupdate.physics.effect import Effect, HiddenOscillator
@@ -41,7 +41,7 @@ def places_alike(
     whose derivatives of what was measured, free of those of the nuisance parameters (``base``), are
     in proportion to its own there: the squared cosine is at ``least`` so much. Most alike first."""
     mine = [e for e in candidates if e.key == effect.key]
-    others = [e for e in candidates if e.key != effect.key and _of_one_kind(e, effect)]
+    others = [e for e in candidates if e.key != effect.key and of_one_kind(e, effect)]
     if not (mine and others):
         return []
     columns = columns_of(base, [mine[0], *others])
@@ -49,7 +49,7 @@ def places_alike(
         return []
     some = [(e, J) for e, J in zip(others, columns[1:], strict=True) if J is not None]
     J = np.hstack([columns[0], *(x for _, x in some)])
-    return _in_proportion(Projection.of(linearised(base)), J, [e for e, _ in some], least)
+    return in_proportion(Projection.of(linearised(base)), J, [e for e, _ in some], least)
 
 
 def oscillators_alike(
@@ -67,7 +67,7 @@ def oscillators_alike(
     hidden = model.place.get(hidden_label(f"n{effect.place.nodes[0]}", effect.place.dof or ""))
     if hidden is None:
         return []
-    spots = {e.place: e for e in candidates if _of_one_kind(e, effect)}
+    spots = {e.place: e for e in candidates if of_one_kind(e, effect)}
     others = [e for place, e in spots.items() if place != effect.place]
     rows = [
         model.place[f"n{p.nodes[0]}.{p.dof}"] for p in (effect.place, *(e.place for e in others))
@@ -82,7 +82,7 @@ def oscillators_alike(
     whole = linearised(found)
     n = slice(nuisance)
     free = Linearised(whole.A[:, n], whole.r, whole.p[n], whole.scales[n])
-    return _in_proportion(Projection.of(free), J, others, least)
+    return in_proportion(Projection.of(free), J, others, least)
 
 
 def _places_of_rows(point: ModalPoint) -> Index:
@@ -91,23 +91,3 @@ def _places_of_rows(point: ModalPoint) -> Index:
     for _, _, place, sensors, _, _ in point.shape_rows() if point.residual.shapes else ():
         parts.append(np.full(len(sensors), place))
     return np.concatenate(parts)
-
-
-def _in_proportion(
-    left: Projection, J: Real, others: Sequence[Effect], least: float
-) -> list[Effect]:
-    """Of ``others`` those whose columns (of ``J``, from its second on) are in proportion to the
-    first, free of nuisance parameters, most alike first."""
-    J = left.freed(J)
-    lengths = np.maximum(norms(J), 1e-300)
-    cosines = (J[:, 0] @ J) / (lengths[0] * lengths)
-    near = [
-        (float(c), e) for c, e in zip(cosines[1:], others, strict=True) if c > 0.0 and c**2 >= least
-    ]
-    return [e for _, e in sorted(near, key=lambda pair: -pair[0])]
-
-
-def _of_one_kind(one: Effect, other: Effect) -> bool:
-    a, b = one.place, other.place
-    same = (one.physics, one.count, a.dof, len(a.nodes), len(a.elements), a.groups)
-    return same == (other.physics, other.count, b.dof, len(b.nodes), len(b.elements), b.groups)

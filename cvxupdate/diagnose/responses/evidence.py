@@ -45,6 +45,7 @@ from cvxupdate.diagnose.responses.setting import (
 from cvxupdate.diagnose.responses.updated import updated_model
 from cvxupdate.diagnose.responses.worth import may_leave
 from cvxupdate.diagnose.results import Further, Updated
+from cvxupdate.diagnose.screen.likeness import moving_as_one
 from cvxupdate.diagnose.screen.projection import Linearised, Projection
 from cvxupdate.diagnose.settings import CLEAR, EXPLAINED, OPEN
 from cvxupdate.diagnose.shown import Shown
@@ -60,11 +61,10 @@ from cvxupdate.physics.fault import Fault
 
 @dataclass(frozen=True)
 class ResponseEvidence(Linear):
-    """What stays fixed while hypotheses come and go: the file's model (``original``, for its
-    damping), the one with nuisance parameters, recordings, supports, effects to try;
-    ``release(node, kind)`` is the nuisance model without one support, ``file`` the model as it
-    came, where a reference was there to bring it to, ``came`` where its mesh was coarse; ``bare``
-    what is known of effects on the bare model; ``modal`` looks at the modes in a band (Hz)."""
+    """What stays fixed while hypotheses come and go: the file's model (``original``), the one with
+    nuisance parameters, recordings, supports, effects to try; ``release(node, kind)``: without one
+    support; ``file``: the model before it was brought to a reference, ``came`` before its mesh was;
+    ``bare``: what is known of effects on the bare model; ``modal``: the modes in a band (Hz)."""
 
     original: Model
     model: Model
@@ -105,8 +105,7 @@ class ResponseEvidence(Linear):
     @cached_property
     def nominal_point(self) -> ResponsePoint:
         """The nominal model, the mesh's error taken out."""
-        setting = self.setting(self.model, ())
-        return setting.evaluate(np.zeros(len(setting.columns)))
+        return (s := self.setting(self.model, ())).evaluate(np.zeros(len(s.columns)))
 
     @cached_property
     def nominal(self) -> Errors:
@@ -199,6 +198,10 @@ class ResponseEvidence(Linear):
         """Explained fractions to first order."""
         return first_order(found.point, effects)
 
+    def alike(self, found: Fit, effect: Effect, strictly: bool = False) -> Sequence[Effect]:
+        """Those that move as one with its own: all others are compared."""
+        return moving_as_one(self, self.bases[-1], effect)
+
     def halves(self, found: Fit) -> Sequence[NDArray[np.bool_]]:
         """Of blocks of frequency of each sensor and recording."""
         return halves(found.point.setting.signals)
@@ -285,8 +288,8 @@ class ResponseEvidence(Linear):
         return stated_errors(self.came or self.original, (*self.data.fit, *self.data.hold_out))
 
     def _contract(self, last: Fit) -> ContractErrors:
-        d = self.data
-        return ContractErrors(self.before, stated(last.point, (*d.sharp, *d.sharp_hold_out)))
+        both = (*self.data.sharp, *self.data.sharp_hold_out)
+        return ContractErrors(self.before, stated(last.point, both))
 
     def stated(self, last: Fit) -> tuple[Errors, Errors]:
         """As the contract has it."""
