@@ -153,6 +153,17 @@ def kind_of(model: Model, dof: int) -> str:
     return KINDS[int(model.dof_kind[dof])]
 
 
+def _own(row: dict[str, Any], number: int, now: Mapping[str, float], moved: set[str]) -> None:
+    """Figures of a row; a spring that gives more (`cvxupdate.physics.sprung`) has its k anew."""
+    for key in OWN:
+        if key in moved:
+            row[key] = not_negative(number, key, now[key])
+    if "a0" in now:
+        if "stiffness" not in moved:
+            row.pop("stiffness_factor", None)
+        row["k"] = not_negative(number, "k", now["share"] / (now["a0"] + now["a"]))
+
+
 def change(
     draft: Draft, model: Model, block: Block, e: int, now: Mapping[str, float], damped: bool
 ) -> None:
@@ -177,13 +188,7 @@ def change(
         moved |= {k for k in ("m", "Ixx", "Iyy", "Izz") if k in now}
         now = {**now, **{k: -now[k] for k in ("m", "Ixx", "Iyy", "Izz") if k in now}}
         row["taken_off"] = True
-    for key in OWN:
-        if key in moved:
-            row[key] = not_negative(number, key, now[key])
-    if "a0" in now:  # a spring by its compliance (`cvxupdate.physics.sprung`)
-        if "stiffness" not in moved:
-            row.pop("stiffness_factor", None)
-        row["k"] = not_negative(number, "k", now["share"] / (now["a0"] + now["a"]))
+    _own(row, number, now, moved)
     if "damping" in moved:
         _damping_factor(row, block, number, now)
     if moved & set(MADE_OF):

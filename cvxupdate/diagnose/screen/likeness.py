@@ -20,7 +20,7 @@ def moving_as_one(evidence: Evidence, base: Fit, effect: Effect) -> list[Effect]
     candidates = evidence.candidates(evidence.model, (effect.physics,))
     mine = [e for e in candidates if e.key == effect.key]
     others = [e for e in candidates if e.key != effect.key and of_one_kind(e, effect)]
-    if not (mine and others and len(effect.place.nodes) == 1):
+    if effect.change is None or not (mine and others and len(effect.place.nodes) == 1):
         return []
     columns = evidence.columns(base, [mine[0], *others])
     if columns[0] is None or columns[0].shape[1] != 1:
