@@ -214,7 +214,8 @@ def solvers(problem: Given) -> tuple[Spec, tuple[SolverRow, ...], float]:
 def check(problem: Given) -> dict[str, object]:
     """Validate a problem file, build its model and read its recordings: counts of what was found,
     its mass, extent and first natural frequencies, what is ``held``, ``moved`` and ``free``, the
-    recordings of each of its ``states``, and ``warnings`` of what is probably a mistake.
+    recordings of each of its ``states``, what was ``recorded``, and ``warnings`` of what is
+    probably a mistake.
 
     Raises `InputError` with every fault at once, as far as they can be found.
     """
@@ -224,6 +225,7 @@ def check(problem: Given) -> dict[str, object]:
         held,
         input_doubts,
         moved,
+        recorded,
         states,
     )
     from cvxupdate.physics.known import refuse_unknown
@@ -239,6 +241,7 @@ def check(problem: Given) -> dict[str, object]:
         "held": held(spec),
         "moved": moved(spec),
         "states": states(spec),
+        "recorded": recorded(recordings),
         **facts(model),  # a mechanism or an indefinite mass shows here
         "warnings": [
             asdict(d) for d in (*examine(spec, model, recordings), *input_doubts(model, recordings))

@@ -220,12 +220,21 @@ def _sizes(model: Model, rigid: int) -> dict[str, Any]:
 
 
 def _named(recordings: Sequence[Recording]) -> tuple[Recording, ...]:
-    """Recordings of one file, distinguished by a number behind the name."""
-    names = [r.origin.name for r in recordings]
+    """Recordings of several states with that of each behind the name, of one file distinguished by
+    a number."""
+    several = len({r.origin.state for r in recordings}) > 1
+    names = [
+        f"{r.origin.name}, {r.origin.state}" if several and r.origin.state else r.origin.name
+        for r in recordings
+    ]
     return tuple(
-        r
-        if names.count(name) == 1
-        else replace(r, origin=replace(r.origin, name=f"{name} ({names[:k].count(name) + 1})"))
+        replace(
+            r,
+            origin=replace(
+                r.origin,
+                name=name if names.count(name) == 1 else f"{name} ({names[:k].count(name) + 1})",
+            ),
+        )
         for k, (r, name) in enumerate(zip(recordings, names, strict=True))
     )
 

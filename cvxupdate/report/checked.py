@@ -10,7 +10,8 @@ from cvxupdate.report.numbers import count
 REFERENCE = "reference"
 """The state that the model describes, as problem files have it."""
 MOST = 12
-"""Nodes, and sets of held DOFs, that are listed."""
+"""Nodes, sets of held DOFs, and channels that are listed."""
+MOST_RECORDINGS = 6
 COUNTS = ("node", "element", "free DOF", "recording", "parameter")
 
 
@@ -26,6 +27,7 @@ def check_lines(problem: str, summary: Mapping[str, Any]) -> list[str]:
         *_held("Held", summary["held"]),
         *_held("Moved as recorded", summary["moved"]),
         *_states(summary["states"]),
+        *_recorded(summary["recorded"]),
         *(f"{says}." for says in summary["free"]),
         *(f"Warning: {w['says']}" for w in warnings),
     ]
@@ -52,6 +54,24 @@ def _states(states: Mapping[str, int]) -> list[str]:
     parts = [f"{name or 'none named'} ({count(n, 'recording')})" for name, n in states.items()]
     what = "" if REFERENCE in states else f'; none is "{REFERENCE}", which the model describes'
     return [f"States of the structure: {', '.join(parts)}{what}."]
+
+
+def _recorded(recorded: Sequence[Mapping[str, Any]]) -> list[str]:
+    """A line of each of the first recordings: what it holds, and at which DOFs."""
+    lines = []
+    for r in recorded[:MOST_RECORDINGS]:
+        named = {"per": "per force"}
+        parts = [f"{named.get(k, k)} at {_listed(v)}" for k, v in r["channels"].items()]
+        held = "" if r["use"] == "fit" else ", held out"
+        at = f": {' '.join(parts) if 'per' in r['channels'] else '; '.join(parts)}" if parts else ""
+        lines.append(f"{r['name']}{held}: {r['holds']}{at}.")
+    more = len(recorded) - MOST_RECORDINGS
+    return [*lines, *([f"And {count(more, 'more recording')}."] if more > 0 else [])]
+
+
+def _listed(labels: Sequence[str]) -> str:
+    first = ", ".join(labels[:MOST])
+    return first + (f" and {len(labels) - MOST} more" if len(labels) > MOST else "")
 
 
 def _held(what: str, supports: Sequence[Mapping[str, Any]]) -> list[str]:

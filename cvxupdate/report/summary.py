@@ -72,9 +72,15 @@ def correlate_text(compared: Compared, folder: Path) -> RenderableType:
     ]
     parts += [Text(line) for line in says.sentences]
     if compared.modes:
-        table = _table("", "measured", "mode of the model", "model", "error", "MAC")
+        several = len({m.recording for m in compared.modes}) > 1
+        names = ("recording",) if several else ()
+        table = _table("", *names, "measured", "mode of the model", "model", "error", "MAC")
+        last = ""
         for m in compared.modes[:MOST_PAIRS]:
+            own = (m.recording if m.recording != last else "",) if several else ()
+            last = m.recording
             table.add_row(
+                *own,
                 f"{m.measured:.5g} Hz{'' if m.use == 'fit' else ', held out'}",
                 str(m.mode),
                 f"{m.model:.5g} Hz",

@@ -60,6 +60,7 @@ def test_long_lists_are_cut_short() -> None:
             "free": [],
             "moved": [],
             "states": {},
+            "recorded": [],
             "inertia": {},
             "held": [
                 {"nodes": list(range(1, MOST + 4)), "dofs": ["x"]},
@@ -82,6 +83,7 @@ def test_states_and_what_moves_are_said() -> None:
         "held": [],
         "moved": [{"nodes": [1, 2], "dofs": ["x"]}],
         "states": {"reference": 2, "": 1},
+        "recorded": [],
     }
     said = check_lines("p", summary)
     assert said[1:] == [
@@ -164,3 +166,26 @@ def test_masses_without_stiffness_are_named(
     assert [a.startswith(b) for a, b in zip(said, says, strict=True)] == [True] * len(says)
     notes = view(tmp_path / "p.toml").notes
     assert [f"{n}." for n in notes] == said
+
+
+def test_each_recording_is_said_with_its_channels() -> None:
+    summary = {
+        "recorded": [
+            {"name": "a.csv", "use": "fit", "holds": "3 modes", "channels": {}},
+            {
+                "name": "b.npz",
+                "use": "hold-out",
+                "holds": "9 lines from 1 to 9 Hz",
+                "channels": {"acceleration": ["n1.x", "n2.x"], "per": ["n1.x"]},
+            },
+            *[{"name": "c", "use": "fit", "holds": "1 s at 9 Hz", "channels": {}}] * 6,
+        ]
+    }
+    whole = {k: 0 for k in ("nodes", "elements", "free DOFs", "recordings", "parameters")}
+    other = {"warnings": [], "mass": None, "extent": (), "frequencies": (), "inertia": {}}
+    rest = {"held": [], "moved": [], "states": {}, "free": []}
+    lines = check_lines("p", {**whole, **other, **rest, **summary})
+    assert "a.csv: 3 modes." in lines
+    both = "acceleration at n1.x, n2.x per force at n1.x"
+    assert f"b.npz, held out: 9 lines from 1 to 9 Hz: {both}." in lines
+    assert lines[-1] == "And 2 more recordings."

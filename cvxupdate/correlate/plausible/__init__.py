@@ -24,6 +24,7 @@ from cvxupdate.correlate.plausible.facts import (
 from cvxupdate.correlate.plausible.inputs import input_doubts
 from cvxupdate.correlate.plausible.mesh import mesh_doubts
 from cvxupdate.correlate.plausible.quality import damage_doubts, quality_doubts
+from cvxupdate.correlate.plausible.recorded import recorded
 from cvxupdate.correlate.plausible.units import QUANTITY, unit_doubts
 from cvxupdate.errors import ModelError, RecordingError
 from cvxupdate.fe.model import Model
@@ -40,6 +41,7 @@ __all__ = [
     "held",
     "input_doubts",
     "moved",
+    "recorded",
     "states",
 ]
 
