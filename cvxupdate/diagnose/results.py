@@ -10,7 +10,13 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from cvxupdate.diagnose.settings import AS_LIKELY, LEAST_SIZE, SEEN_SIZE, STATED
+from cvxupdate.diagnose.settings import (
+    AS_LIKELY,
+    LEAST_SIZE,
+    SEEN_SIZE,
+    STATED,
+    SURE_OF_PLACE,
+)
 from cvxupdate.fe.model import Model
 from cvxupdate.physics.effect import Effect
 from cvxupdate.physics.fault import Fault
@@ -36,16 +42,21 @@ def in_words(effect: Effect, values: Mapping[str, float], deviations: Mapping[st
     )
 
 
-def or_elsewhere(effect: Effect, confidence: float, others: Sequence[Effect]) -> str:
+def or_elsewhere(
+    effect: Effect, confidence: float, others: Sequence[Effect], behind: Sequence[float] = ()
+) -> str:
     """Where else the same may be for all that the recordings say, of an effect at one node that is
-    likelier not there; nothing to say of others."""
+    likelier not there, or hardly likelier there than elsewhere (``behind``: how many times less
+    likely each of the others is); nothing to say of others."""
     own = effect.place
     nodes = [
         e.place.nodes[0]
-        for e in others
-        if e.physics == effect.physics and replace(e.place, nodes=own.nodes) == own
+        for e, odds in zip(others, behind or (1.0,) * len(others), strict=True)
+        if e.physics == effect.physics
+        and replace(e.place, nodes=own.nodes) == own
+        and (confidence < STATED or odds < np.exp(AS_LIKELY))
     ]
-    if confidence >= STATED or len(own.nodes) != 1 or not nodes:
+    if confidence >= SURE_OF_PLACE or len(own.nodes) != 1 or not nodes:
         return ""
     which = "node " if len(nodes) == 1 else "one of nodes "
     return f" (Or at {which}{listed(sorted(nodes))}: which of them is hardly told.)"
@@ -98,7 +109,7 @@ class Finding:
             confidence,
             explains,
             equivalent,
-            in_words(effect, values, spread) + or_elsewhere(effect, confidence, equivalent),
+            in_words(effect, values, spread) + or_elsewhere(effect, confidence, equivalent, behind),
             behind,
         )
 

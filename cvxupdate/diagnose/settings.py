@@ -255,8 +255,9 @@ LOCATED, MOST_PLACES = 5.0, 16
 # to a tenth), and move as one (deflections alike to a tenth); how many neighbours are refitted.
 NEIGHBOURING, AS_ONE, NEIGHBOURS = 0.9, 0.99, 6
 # Difference of log odds within which places that no recording tells apart are about as likely (e:
-# nothing worth a mention; Kass and Raftery 1995), so that the one in the middle is named.
-AS_LIKELY = 1.0
+# nothing worth a mention; Kass and Raftery 1995), so that the one in the middle is named; and the
+# confidence from which one place is twice as likely as all others, which the sentence leaves out.
+AS_LIKELY, SURE_OF_PLACE = 1.0, 2.0 / 3.0
 # How often the neighbours of the best place are tried, if one of them is then the best.
 WALKS = 3
 # Relative difference of predictions that advises no measurement: a sound model leaves as much.
@@ -281,8 +282,7 @@ PLAY_GAIN, RIG_SURE = 0.9, 0.05
 # Likewise, of the error of one law for runs at several levels: coefficients of each level's own
 # must leave half of its power at most, or the law is that of all levels.
 OWN_GAIN = 0.7
-# Deviations from which on two explanations are told apart for good: odds of exp(d²/2), a quarter of
-# a million to one; what is told better than so is told no better.
+# Deviations that tell two explanations apart for good: odds of exp(d²/2), a quarter of a million.
 APART_ENOUGH = 5.0
 # Responses that a plan proposes as a set: what an analyser with a force and four motions takes in
 # one run, for a single one seldom tells; at most three such runs, or half an hour with a hammer. In

@@ -121,3 +121,9 @@ def test_a_place_that_is_likelier_not_it_is_said_with_the_others(tried):
     assert unsure.says == f"{sure.says} (Or at one of nodes 7 and 9: which of them is hardly told.)"
     alone = Finding.of(at[8], values, {"m": 0.1, "k": 400.0}, 0.3)
     assert alone.says == sure.says
+    even, odd = (
+        Finding.of(at[8], values, {"m": 0.1, "k": 400.0}, 0.5, equivalent=others, behind=(b, 20.0))
+        for b in (1.1, 15.0)
+    )
+    assert even.says == f"{sure.says} (Or at node 9: which of them is hardly told.)"
+    assert odd.says == sure.says
