@@ -3,7 +3,7 @@ unbolted or never built. What it weighs goes with what it carries."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
 from typing import final
@@ -12,7 +12,8 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
-from cvxupdate.fe.model import Model
+from cvxupdate.fe.block import Index
+from cvxupdate.fe.model import KINDS, Model
 from cvxupdate.physics.context import SearchContext
 from cvxupdate.physics.effect import Effect, EffectType, ModelChange
 from cvxupdate.physics.factors import Set
@@ -24,6 +25,7 @@ from cvxupdate.physics.quantity import factor
 from cvxupdate.physics.units import number
 
 LIMITS = (-0.999, 0.0)  # a part is left, so that nodes inside the member stay held
+MOST = 400  # members that are looked at: each is taken out once
 GONE = 0.2  # of stiffness and mass: with more it is a member that is softer
 
 
@@ -74,10 +76,11 @@ class AbsentMember(EffectType):
 
 def spare_members(model: Model) -> list[Set]:
     """(element numbers, groups) of the lines between joints without which the structure still
-    hangs together; a joint is where more than two elements meet, one is held, or two turn off."""
+    hangs together; a joint is where more than two elements meet, one is held, or two turn off. None
+    of models with more than `MOST` such lines."""
     lines = dict[int, tuple[int, int]]()
     groups: dict[str, set[int]] = {}
-    joined: list[tuple[int, ...]] = []  # nodes that an element joins, or one and the ground
+    joined: list[tuple[int, int]] = []  # nodes that other elements join, or one and the ground
     meeting: dict[int, list[int]] = {}
     ground = len(model.node_ids)
     for block in model.blocks:
@@ -85,24 +88,38 @@ def spare_members(model: Model) -> list[Set]:
             continue
         line = block.nodes.shape[1] == 2 and "length" in block.properties and not is_given(block)
         for i, name, nodes in zip(block.ids.tolist(), block.groups, block.nodes, strict=True):
-            ends = tuple(nodes.tolist())
+            ends = nodes.tolist()
             for n in ends:
                 meeting.setdefault(n, []).append(i)
             if line:
                 lines[i] = (ends[0], ends[1])
                 groups.setdefault(name, set()).add(i)
             else:
-                joined.append(ends if len(ends) > 1 else (ends[0], ground))
-    free = np.bincount(model.dof_node[model.dof_node < ground], minlength=ground)
-    held = {n for n in range(ground) if free[n] < free.max(initial=0)}
+                joined += [(ends[0], n) for n in (ends[1:] or [ground])]
+    held = _held(model)
     joined += [(n, ground) for n in held]
     runs = _runs(model, lines, meeting, held)
-    whole = _parts(ground + 1, joined, lines, ())
-    return [
-        (run, groups_that_are(run, groups))
-        for run in runs
-        if _parts(ground + 1, joined, lines, run) == whole + _inside(run, lines)
-    ]
+    if len(runs) > MOST:
+        return []
+    ids, ends = np.array([*lines]), np.array([*lines.values(), *joined]).reshape(-1, 2)
+    whole = _pieces(ends, ground + 1)
+    spare = []
+    for run in runs:
+        left = np.append(~np.isin(ids, run), np.ones(len(joined), dtype=bool))
+        inside = len(run) - 1  # nodes that go with it
+        if _pieces(ends[left], ground + 1) == whole + inside:
+            spare.append((run, groups_that_are(run, groups)))
+    return spare
+
+
+def _held(model: Model) -> set[int]:
+    """Places of the nodes that are held in any direction in which others may move."""
+    kinds: dict[int, set[int]] = {n: set() for n in range(len(model.node_ids))}
+    for node, kind in zip(model.dof_node.tolist(), model.dof_kind.tolist(), strict=True):
+        if node in kinds and kind < len(KINDS):
+            kinds[node].add(kind)
+    every = set().union(*kinds.values())
+    return {n for n, own in kinds.items() if own < every}
 
 
 def _runs(
@@ -110,7 +127,7 @@ def _runs(
     lines: Mapping[int, tuple[int, int]],
     meeting: Mapping[int, list[int]],
     held: set[int],
-) -> Iterator[tuple[int, ...]]:
+) -> list[tuple[int, ...]]:
     """Elements that go straight on into one another."""
     leader = {i: i for i in lines}
 
@@ -132,24 +149,10 @@ def _runs(
     runs: dict[int, list[int]] = {}
     for i in lines:
         runs.setdefault(lead(i), []).append(i)
-    return (tuple(run) for run in runs.values())
+    return [tuple(run) for run in runs.values()]
 
 
-def _parts(
-    count: int,
-    joined: list[tuple[int, ...]],
-    lines: Mapping[int, tuple[int, int]],
-    without: tuple[int, ...],
-) -> int:
-    """Of how many pieces the structure is, ground and lone nodes among them."""
-    left = set(without)
-    pairs = [(nodes[0], n) for nodes in joined for n in nodes[1:]]
-    pairs += [ends for i, ends in lines.items() if i not in left]
-    rows, columns = np.array(pairs, dtype=np.int64).reshape(-1, 2).T
-    graph = sp.coo_array((np.ones(len(rows)), (rows, columns)), shape=(count, count))
+def _pieces(ends: Index, count: int) -> int:
+    """Of how many pieces ``count`` nodes are that are joined in pairs (n, 2)."""
+    graph = sp.coo_array((np.ones(len(ends)), (ends[:, 0], ends[:, 1])), shape=(count, count))
     return int(connected_components(graph, directed=False)[0])
-
-
-def _inside(run: tuple[int, ...], lines: Mapping[int, tuple[int, int]]) -> int:
-    """Nodes within a run: they go with it."""
-    return len(run) - 1

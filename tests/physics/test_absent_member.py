@@ -7,6 +7,7 @@ import numpy as np
 from cvxupdate.diagnose import diagnose_problem
 from cvxupdate.fe.modes import model_modes
 from cvxupdate.physics.absent_member import AbsentMember, spare_members
+from cvxupdate.physics.joint_flexibility import JointFlexibility
 from cvxupdate.recordings.load import load_recordings
 from tests.cases.cantilever import load
 from tests.cases.effects import context_of
@@ -133,3 +134,11 @@ def test_a_brace_that_is_there_is_not_missed(tmp_path) -> None:
     spec, model = load(tmp_path, frame(6, tail=measured(tmp_path)))
     said = diagnose_problem(spec, model, load_recordings(spec)).to_json()
     assert said["verdict"] == "consistent"
+
+
+def test_a_joint_that_gives_way_ends_no_member(tmp_path) -> None:
+    """Its end has a further rotation, and other nodes are no supports for that."""
+    spec, model = load(tmp_path, frame(2))
+    joint = JointFlexibility().candidates(context_of(spec, model))[0]
+    assert joint.change is not None
+    assert dict(spare_members(joint.change.model)) == dict(spare_members(model))
