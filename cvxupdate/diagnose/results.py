@@ -173,13 +173,25 @@ class Updated:
 @dataclass(frozen=True)
 class Damper:
     """An effect that explains a pattern of damping: its size in units of its parameter with
-    deviation, the strain that it leaves, and at how many ``places`` its type was tried."""
+    deviation, the strain that it leaves, and at how many ``places`` its type was tried;
+    ``pattern``: what one unit of it does to each ratio and imaginary part, in units of their
+    scatter."""
 
     effect: Effect
     size: float
     deviation: float
     strain: float
     places: int = 1
+    pattern: Real = field(default_factory=lambda: np.zeros(0))
+
+    def acts_like(self, other: Damper, least: float) -> bool:
+        """Whether the same effect at another place of its kind does the same to all that was
+        measured, to a squared cosine of ``least``."""
+        mine, its = self.effect, other.effect
+        kinds = [(e.physics, e.place.dof, len(e.place.nodes), e.place.groups) for e in (mine, its)]
+        across = float(self.pattern @ other.pattern) if len(self.pattern) else 0.0
+        norms = float(self.pattern @ self.pattern) * float(other.pattern @ other.pattern)
+        return kinds[0] == kinds[1] and across > 0.0 and across**2 >= least * norms
 
 
 @dataclass(frozen=True)

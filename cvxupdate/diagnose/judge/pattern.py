@@ -11,7 +11,7 @@ from cvxupdate.diagnose.judge.acceptance import explained
 from cvxupdate.diagnose.judge.alternatives import overlapping
 from cvxupdate.diagnose.judge.judge import Judgement
 from cvxupdate.diagnose.results import Damper, Finding, Further
-from cvxupdate.diagnose.settings import AS_LIKELY, MOST_SURE, STATED, STRONG
+from cvxupdate.diagnose.settings import AS_LIKELY, AS_ONE, MOST_SURE, STATED, STRONG
 from cvxupdate.errors import ModelError
 from cvxupdate.fe.model import Model
 from cvxupdate.physics import told
@@ -78,10 +78,12 @@ def _damper(further: Further) -> Pattern:
     grown = _model_of(best)
     place = best.effect.place
     places = [d.effect.place for d in dampers]
-    here = [p == place or overlapping(p, place, grown) for p in places]
+    near_by = [p == place or overlapping(p, place, grown) for p in places]
     same = [
-        h and d.effect.physics == best.effect.physics for h, d in zip(here, dampers, strict=True)
+        h and d.effect.physics == best.effect.physics for h, d in zip(near_by, dampers, strict=True)
     ]
+    # what moves as one is one place, though no recording tells where on it
+    here = [h or d.acts_like(best, AS_ONE) for h, d in zip(near_by, dampers, strict=True)]
     whole = float(likely.sum() + nothing)
     line = (
         f"{_what(further)} depart from {further.known} (sum of squares {further.strain:.3g} "
@@ -103,6 +105,7 @@ def _damper(further: Further) -> Pattern:
         min(float(likely[same].sum()) / whole, MOST_SURE),
         explains=1.0 - best.strain / max(further.strain, 1e-300),
         equivalent=tuple(d.effect for d in near[:MOST]),
+        behind=tuple(float(np.exp(0.5 * (d.strain - best.strain) / wide)) for d in near[:MOST]),
     )
     return Pattern((finding,), lines, (grown, best.size))
 

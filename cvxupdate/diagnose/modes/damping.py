@@ -91,6 +91,7 @@ def damping_trials(
                     float(max(np.ptp(inside) / 2.0, most / STEPS)),
                     float(strains[k]),
                     names.count(c.physics),
+                    np.concatenate([g / (ratios.measured * ratios.spread), x]),
                 )
             )
     out.sort(key=lambda t: t.strain)
