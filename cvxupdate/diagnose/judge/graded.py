@@ -16,7 +16,7 @@ from cvxupdate.diagnose.judge.soundness import sound
 from cvxupdate.diagnose.settings import GRADED, MOST_SURE, REGION
 from cvxupdate.fe.model import Model
 from cvxupdate.physics.effect import Effect
-from cvxupdate.physics.place import Place, where
+from cvxupdate.physics.place import Place, at, where
 from cvxupdate.physics.units import quantity
 
 KINDS = {
@@ -44,9 +44,9 @@ LEADS = 4  # likely places around which a region is grown
 
 @dataclass(frozen=True)
 class Graded:
-    """A kind of change (empty: of any kind) at a place (without nodes: anywhere), how likely it is
-    part of the truth, what part of the misfit the likeliest hypothesis that has it explains; where
-    all that have it are of one effect, its first figure with deviation."""
+    """A kind of change (empty: of any kind) at a place (without nodes and elements: anywhere), how
+    likely it is part of the truth, what part of the misfit the likeliest hypothesis that has it
+    explains; where all that have it are of one effect, its first figure with deviation."""
 
     kind: str
     place: Place
@@ -57,7 +57,8 @@ class Graded:
     @property
     def says(self) -> str:
         """One sentence."""
-        there = f" at {where(self.place)}" if self.place.nodes else ""
+        spot = self.place if self.place.nodes or self.place.elements else None
+        there = "" if spot is None else f" {at(spot)}" if spot.elements else f" at {where(spot)}"
         much = ""
         if self.figure is not None:
             _, unit, value, std = self.figure
@@ -134,14 +135,16 @@ def _members(owner: int, w: Weighed, model: Model) -> Iterator[_Member]:
 def _claims(
     members: Sequence[_Member], likely: np.ndarray, model: Model
 ) -> Iterator[Sequence[_Member]]:
-    """What may be said, most first: of one kind at a place, of any kind at a place, of one kind
-    anywhere; of each the likeliest first."""
+    """What may be said, most first: one effect, of one kind at a place, of any kind at a place, of
+    one kind anywhere; of each the likeliest first."""
     kinds = [k for k in dict.fromkeys(m.kind for m in members) if k]
     by_kind = [[m for m in members if m.kind == k] for k in kinds]
 
     def weight(claim: Sequence[_Member]) -> float:
         return -float(likely[sorted({m.owner for m in claim})].sum())
 
+    ones = dict.fromkeys(m.effect.key for m in members if m.effect.place.elements)
+    yield from sorted(([m for m in members if m.effect.key == k] for k in ones), key=weight)
     yield from sorted((r for ms in by_kind for r in _regions(ms, likely, model)), key=weight)
     yield from sorted(_regions(members, likely, model), key=weight)
     yield from sorted(by_kind, key=weight)
@@ -166,6 +169,9 @@ def _said(
     claim: Sequence[_Member], likely: np.ndarray, sure: float, explains: float, model: Model
 ) -> Graded:
     kinds, nodes = {m.kind for m in claim}, sorted(set().union(*(m.nodes for m in claim)))
+    if len({m.effect.key for m in claim}) == 1 and claim[0].effect.place.elements:
+        place = claim[0].effect.place
+        return Graded(kinds.pop(), place, sure, explains, _figure(claim, likely))
     regional = extent(frozenset(nodes), model) <= REGION
     dofs = {m.effect.place.dof for m in claim}
     place = Place(nodes=tuple(nodes), dof=dofs.pop() if len(dofs) == 1 else None)

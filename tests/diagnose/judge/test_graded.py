@@ -55,6 +55,13 @@ def test_a_mass_or_a_spring_there_is_something_there() -> None:
     assert "something differs" in found.says and found.to_json()["kind"] == "any"
 
 
+def test_one_member_that_all_have_is_said_however_long_it_is() -> None:
+    member = effect("stiffness_change", elements=(34, 35, 36))
+    found = graded([of(member, mass(1)), of(member, mass(10)), of(member, spring(5))], CASE)
+    assert found is not None and found.place.elements == (34, 35, 36)
+    assert "a stiffness differs in elements 34 to 36" in found.says
+
+
 def test_masses_far_apart_are_a_mass_somewhere() -> None:
     found = graded([of(mass(1)), of(mass(10))], CASE)
     assert found is not None and found.kind == "mass" and found.place == Place()
