@@ -57,19 +57,26 @@ def _best(point: ModalPoint, rows: Sequence[ShapeRow]) -> dict[int, float]:
 
 def was_there(table: ModeTable, row: int, before: Sequence[ModeTable]) -> bool:
     """Whether one of the tables ``before`` has a mode with the shape of a row, at the sensors that
-    both have."""
+    both have, and no other row with that shape is nearer to it: what hangs from a structure makes
+    two modes of one."""
     if table.shapes is None:
         return False
-    own = {c.label: x for c, x in zip(table.channels, table.shapes[row], strict=True)}
+    own = {c.label: i for i, c in enumerate(table.channels)}
     for other in before:
         known = {c.label: i for i, c in enumerate(other.channels)}
         both = [label for label in own if label in known]
         if other.shapes is None or len(both) < 2:
             continue
-        shapes = other.shapes[:, [known[label] for label in both]]
-        x = np.array([own[label] for label in both])
-        whole = np.all(np.isfinite(shapes), axis=1)
-        if np.all(np.isfinite(x)) and np.any(mac(shapes[whole].T, x[:, None]) >= SOUND):
+        theirs = other.shapes[:, [known[label] for label in both]]
+        mine = table.shapes[:, [own[label] for label in both]]
+        if not np.all(np.isfinite(mine[row])):
+            continue
+        told = np.flatnonzero(np.all(np.isfinite(mine), axis=1))
+        whole = np.flatnonzero(np.all(np.isfinite(theirs), axis=1))
+        alike = mac(theirs[whole].T, mine[told].T) >= SOUND
+        apart = np.abs(np.log(other.frequency[whole][:, None] / table.frequency[told]))
+        nearest = np.argmin(np.where(alike, apart, np.inf), axis=1)
+        if np.any(alike.any(axis=1) & (told[nearest] == row)):
             return True
     return False
 

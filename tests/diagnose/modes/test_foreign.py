@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -101,3 +103,17 @@ def test_pairs_are_those_of_the_file(gone) -> None:
     found = tables.pairs(0, [3, 4, -1, 6], 2)
     assert [found[i] for i in gone] == [0] * len(gone)
     assert [v for i, v in enumerate(found) if i not in gone] == [2, 3, 0, 5]
+
+
+def test_of_two_modes_with_one_shape_the_nearer_was_there(tmp_path) -> None:
+    """What hangs from a structure makes two modes of one: the farther came."""
+    (table,) = load_recordings(problem(tmp_path)[0])
+    assert table.shapes is not None
+    shapes = table.shapes.copy()
+    shapes[AT] = shapes[0]
+    frequency = table.frequency.copy()
+    frequency[AT] = 1.2 * frequency[0]
+    both = replace(table, shapes=shapes, frequency=frequency)
+    before = without(table, [AT])
+    assert before is not None
+    assert was_there(both, 0, [before]) and not was_there(both, AT, [before])
