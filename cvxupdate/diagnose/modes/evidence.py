@@ -286,7 +286,7 @@ class ModesEvidence(Linear):
 
     def shown(self, last: Fit, scores: Sequence[Score]) -> Shown:
         """Errors of every mode before and after."""
-        return modes_shown(self._drawn, last.point)
+        return modes_shown(self._drawn, last.point, self.tables.measured)
 
     def stated(self, last: Fit) -> tuple[Errors, Errors]:
         """R.m.s. relative errors of the frequencies: of the file as it came, mesh included, and of

@@ -10,20 +10,26 @@ import numpy as np
 from cvxupdate.diagnose.modes.common import unlike
 from cvxupdate.diagnose.shown import ModeError, Shown, places
 from cvxupdate.physics.effect import Effect
+from cvxupdate.recordings.types import ModeTable
 from cvxupdate.residual.modal import ModalPoint
 from cvxupdate.residual.pairing import GROSS
 
 
 def modes_shown(
-    before: ModalPoint, after: ModalPoint, scores: Sequence[tuple[Effect, float]] = ()
+    before: ModalPoint,
+    after: ModalPoint,
+    measured: Sequence[ModeTable],
+    scores: Sequence[tuple[Effect, float]] = (),
 ) -> Shown:
-    """From the comparison with mode tables before and after; both have the same tables."""
+    """From the comparison with mode tables before and after: the file's model beside what was
+    ``measured``, the diagnosed one beside that without the mesh's error."""
     out = []
-    for k, table in enumerate(after.residual.tables):
+    for k, (own, table) in enumerate(zip(measured, after.residual.tables, strict=True)):
         f, g = (point.frequencies(k) for point in (before, after))
+        rows = zip(own.frequency, table.frequency, f, g, strict=True)
         out += [
-            ModeError(float(x), table.origin.use, float(a / x - 1.0), float(b / x - 1.0))
-            for x, a, b in zip(table.frequency, f, g, strict=True)
+            ModeError(float(raw), table.origin.use, float(a / raw - 1.0), float(b / x - 1.0))
+            for raw, x, a, b in rows
         ]
     return Shown((), (), tuple(out), *places(scores))
 

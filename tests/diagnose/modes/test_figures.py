@@ -27,11 +27,16 @@ def test_modes_before_and_after() -> None:
         np.array([1, 2]),
     )
     residual = modal_residual(model, (table,), (), False)
-    got = modes_shown(residual.evaluate(np.zeros(1)), residual.evaluate(np.array([0.2])), [])
-    assert [m.frequency for m in got.modes] == [12.0, 33.0] and all(
-        m.use == "fit" for m in got.modes
-    )
-    assert all(m.after > m.before for m in got.modes)  # stiffer is faster
+    raw = replace(table, frequency=np.array([11.0, 30.0]))  # with the mesh's error
+    before, after = residual.evaluate(np.zeros(1)), residual.evaluate(np.array([0.2]))
+    got = modes_shown(before, after, [raw])
+    assert [m.frequency for m in got.modes] == [11.0, 30.0]
+    assert all(m.use == "fit" for m in got.modes)
+    for m, f, g, x in zip(
+        got.modes, before.frequencies(0), after.frequencies(0), (12.0, 33.0), strict=True
+    ):
+        assert np.allclose([m.before, m.after], [f / m.frequency - 1.0, g / x - 1.0])
+    assert np.all(after.frequencies(0) > before.frequencies(0))  # stiffer is faster
 
 
 def test_what_the_model_has_no_mode_for_is_not_shown_beside_one_that_is_left_over(bar):
