@@ -17,6 +17,7 @@ from cvxupdate.diagnose.modes.damping import damping_laws
 from cvxupdate.diagnose.modes.dashpots import RealModes
 from cvxupdate.diagnose.modes.evidence import ModesEvidence
 from cvxupdate.diagnose.results import Damper
+from cvxupdate.diagnose.settings import UNSTATED_SHAPE
 from cvxupdate.physics import candidates_of
 from cvxupdate.physics.effect import RATIOS, Effect
 from cvxupdate.recordings.types import ModeTable
@@ -30,11 +31,12 @@ def without_coupling(
     whole: ModesEvidence,
     tables: Sequence[ModeTable],
 ) -> ModesEvidence:
-    """The ``whole`` evidence of ``tables`` (those to fit first) as it is where the base explains
-    it, or no damper makes that it does."""
+    """The ``whole`` evidence of ``tables`` as it is where the base explains it, or no damper makes
+    that it does."""
     base = whole.bases[-1]
     if whole.explained(base, whole.errors(base)):
         return whole
+    tables = sorted(tables, key=lambda t: t.origin.use != "fit")  # as points have them
     model = base.point.residual.model
 
     def effects(zeta: float) -> Sequence[Effect]:
@@ -76,8 +78,8 @@ def _moved(
         if table.shapes is not None:
             size = np.nanmax(np.abs(table.shapes), axis=1, initial=0.0)
             more = (np.where(at >= 0, turned[np.maximum(at, 0)], 0.0) * size)[:, None]
-            known = np.zeros(table.shapes.shape) if std is None else np.nan_to_num(std)
-            std = np.hypot(known, more)
+            known = np.full(table.shapes.shape, np.nan if std is None else std)
+            std = np.hypot(np.where(np.isfinite(known), known, UNSTATED_SHAPE), more)
         f = table.frequency / (1.0 + by)
         out.append(replace(table, frequency=f, shape_std=std))
     return (out, most) if np.isfinite(most) else None
