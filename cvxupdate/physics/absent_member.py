@@ -19,7 +19,7 @@ from cvxupdate.physics.effect import Effect, EffectType, ModelChange
 from cvxupdate.physics.factors import Set
 from cvxupdate.physics.given import is_given
 from cvxupdate.physics.growth import Rates, append_parameters, limited
-from cvxupdate.physics.members import STRAIGHT, groups_that_are
+from cvxupdate.physics.members import STRAIGHT, chained, groups_that_are
 from cvxupdate.physics.place import Place, at, capital
 from cvxupdate.physics.quantity import factor
 from cvxupdate.physics.units import number
@@ -129,13 +129,7 @@ def _runs(
     held: set[int],
 ) -> list[tuple[int, ...]]:
     """Elements that go straight on into one another."""
-    leader = {i: i for i in lines}
-
-    def lead(i: int) -> int:
-        while leader[i] != i:
-            i = leader[i]
-        return i
-
+    pairs = []
     for node, some in meeting.items():
         if node in held or len(some) != 2 or not set(some) <= lines.keys():
             continue
@@ -145,11 +139,8 @@ def _runs(
             way = model.xyz[b if a == node else a] - model.xyz[node]
             ways.append(way / max(float(np.linalg.norm(way)), 1e-300))
         if float(ways[0] @ ways[1]) < -STRAIGHT:
-            leader[lead(some[1])] = lead(some[0])
-    runs: dict[int, list[int]] = {}
-    for i in lines:
-        runs.setdefault(lead(i), []).append(i)
-    return [tuple(run) for run in runs.values()]
+            pairs.append((some[0], some[1]))
+    return chained(lines, pairs)
 
 
 def _pieces(ends: Index, count: int) -> int:

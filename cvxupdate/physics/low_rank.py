@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -38,17 +38,9 @@ def directions(effect: Effect) -> tuple[Index, Real] | None:
         return change.used, change.W
     if effect.change is None or not effect.type.total:
         return None
-    stiff = [(b.dofs, b.K) for b in effect.change.tangent[0] if b.K is not None]
-    every = [np.zeros(0, dtype=np.int64), *(d[d >= 0] for d, _ in stiff)]
-    used = np.unique(np.concatenate(every))
-    whole = np.zeros((len(used), len(used)))
-    for dofs, K in (pair for d, k in stiff for pair in zip(d, k, strict=True)):
-        own = np.flatnonzero(dofs >= 0)
-        rows = np.searchsorted(used, dofs[own])
-        np.add.at(whole, (rows[:, None], rows[None, :]), K[np.ix_(own, own)])
-    values, vectors = np.linalg.eigh(0.5 * (whole + whole.T))
-    kept = values > FAINT * np.max(values, initial=0.0)
-    return (used, vectors[:, kept]) if 0 < kept.sum() <= MOST else None
+    tangent = effect.change.tangent[0]
+    used, values, vectors = _modes_of([(b.dofs, b.K) for b in tangent if b.K is not None])
+    return (used, vectors) if 0 < len(values) <= MOST else None
 
 
 def _dynamic_mass(hidden: HiddenOscillator) -> LowRank:
@@ -68,16 +60,25 @@ def _eigen(block: DerivativeBlock, series: bool) -> LowRank | None:
     if len(found) != 1 or len(block.dofs) != 1:
         return None
     part, f = found[0]
-    free = block.dofs[0] >= 0
-    used, inverse = np.unique(block.dofs[0][free], return_inverse=True)
+    used, values, vectors = _modes_of([(block.dofs, part)])
+    if not 0 < len(values) <= DIRECTIONS:
+        return None
+    behind = 1.0 / values if series else np.zeros(len(values))
+    return LowRank(used, vectors, values, f, behind)
+
+
+def _modes_of(parts: Sequence[tuple[Index, Real]]) -> tuple[Index, Real, Real]:
+    """The DOFs (u,) on which elements (dofs (e, d), matrices (e, d, d)) act together, and the
+    eigenvalues (r,) and eigenvectors (u, r) of that which are none by rounding."""
+    used = np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *(d[d >= 0] for d, _ in parts)]))
     whole = np.zeros((len(used), len(used)))
-    np.add.at(whole, (inverse[:, None], inverse[None, :]), part[0][np.ix_(free, free)])
+    for dofs, K in (pair for d, k in parts for pair in zip(d, k, strict=True)):
+        own = np.flatnonzero(dofs >= 0)
+        rows = np.searchsorted(used, dofs[own])
+        np.add.at(whole, (rows[:, None], rows[None, :]), K[np.ix_(own, own)])
     values, vectors = np.linalg.eigh(0.5 * (whole + whole.T))
     kept = np.abs(values) > FAINT * np.max(np.abs(values), initial=0.0)
-    if not 0 < kept.sum() <= DIRECTIONS:
-        return None
-    behind = 1.0 / values[kept] if series else np.zeros(int(kept.sum()))
-    return LowRank(used, vectors[:, kept], values[kept], f, behind)
+    return used, values[kept], vectors[:, kept]
 
 
 def _parts(b: DerivativeBlock) -> tuple[tuple[Real | None, Callable[[Complex], Complex]], ...]:

@@ -3,7 +3,7 @@ whole groups."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping
 
 import numpy as np
 
@@ -96,23 +96,32 @@ def straight(model: Model, of: str) -> list[tuple[int, ...]]:
                     ends.setdefault(node, []).append(
                         (i, side * away / max(float(np.linalg.norm(away)), 1e-300))
                     )
-    leader = {i: i for i in found}
+    pairs = [
+        (i, j)
+        for meeting in ends.values()
+        for k, (i, away) in enumerate(meeting)
+        for j, other in meeting[k + 1 :]
+        for turn in [float(away @ other)]
+        if turn < -STRAIGHT or (np.isnan(turn) and len(meeting) == 2)
+    ]
+    return [m for m in chained(found, pairs) if len(m) > 1]
+
+
+def chained(items: Collection[int], pairs: Iterable[tuple[int, int]]) -> list[tuple[int, ...]]:
+    """The ``items`` by which of them ``pairs`` join, in their order."""
+    leader = {i: i for i in items}
 
     def lead(i: int) -> int:
         while leader[i] != i:
             i = leader[i]
         return i
 
-    for meeting in ends.values():
-        for k, (i, away) in enumerate(meeting):
-            for j, other in meeting[k + 1 :]:
-                turn = float(away @ other)
-                if turn < -STRAIGHT or (np.isnan(turn) and len(meeting) == 2):
-                    leader[lead(j)] = lead(i)
-    members: dict[int, list[int]] = {}
-    for i in found:
-        members.setdefault(lead(i), []).append(i)
-    return [tuple(m) for m in members.values() if len(m) > 1]
+    for i, j in pairs:
+        leader[lead(j)] = lead(i)
+    out: dict[int, list[int]] = {}
+    for i in items:
+        out.setdefault(lead(i), []).append(i)
+    return [tuple(m) for m in out.values()]
 
 
 def _runs(dofs: np.ndarray, ids: list[int]) -> list[tuple[int, ...]]:

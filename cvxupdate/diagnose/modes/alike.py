@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 
 from cvxupdate.diagnose.fit import Fit
 from cvxupdate.diagnose.modes.first_order import block_columns, columns_of, linearised
-from cvxupdate.diagnose.screen.likeness import in_proportion, of_one_kind
+from cvxupdate.diagnose.screen.likeness import in_proportion, of_one_kind, proportional
 from cvxupdate.diagnose.screen.projection import Linearised, Projection
 from cvxupdate.diagnose.settings import NEIGHBOURING
 from cvxupdate.fe.block import Index
@@ -40,16 +41,8 @@ def places_alike(
     """Of ``candidates`` those of the type of ``effect`` at other places of its kind and extent
     whose derivatives of what was measured, free of those of the nuisance parameters (``base``), are
     in proportion to its own there: the squared cosine is at ``least`` so much. Most alike first."""
-    mine = [e for e in candidates if e.key == effect.key]
-    others = [e for e in candidates if e.key != effect.key and of_one_kind(e, effect)]
-    if not (mine and others):
-        return []
-    columns = columns_of(base, [mine[0], *others])
-    if columns[0] is None or columns[0].shape[1] != 1:
-        return []
-    some = [(e, J) for e, J in zip(others, columns[1:], strict=True) if J is not None]
-    J = np.hstack([columns[0], *(x for _, x in some)])
-    return in_proportion(Projection.of(linearised(base)), J, [e for e, _ in some], least)
+    columns = partial(columns_of, base)
+    return proportional(effect, candidates, columns, partial(linearised, base), least)
 
 
 def oscillators_alike(

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from cvxupdate.diagnose.budget import Budget
 from cvxupdate.diagnose.fit import Fit, fitted_at
 from cvxupdate.diagnose.modes.alike import alike_of
+from cvxupdate.diagnose.modes.dashpots import ZETA
 from cvxupdate.diagnose.modes.figures import modes_shown, with_counterparts
 from cvxupdate.diagnose.modes.finite_size import BASIS, local, scan
 from cvxupdate.diagnose.modes.first_order import columns_of, first_order, linearised
@@ -54,8 +55,6 @@ from cvxupdate.physics.context import SearchContext
 from cvxupdate.physics.effect import MODES, RATIOS, Effect
 from cvxupdate.physics.fault import Fault
 from cvxupdate.residual.modal import ModalPoint
-
-ZETA = 0.005  # a typical damping ratio, for sizes only
 
 
 @dataclass(frozen=True)

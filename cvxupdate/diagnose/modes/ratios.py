@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -33,8 +35,8 @@ class Ratios:
     ``file``, or measured at the reference), and the modes: shapes (N, modes), circular frequencies;
     deviations of log ζ about what is known, of each mode (``own``) and of all together
     (``common``); ``swinging`` (oscillators, modes): what one unit of a dashpot inside each hidden
-    oscillator of the model adds, which it may have as it likes; ``real``: the lowest real modes of
-    the model, of which these are those ``at`` (modes,)."""
+    oscillator of the model adds, which it may have as it likes; ``real`` finds the lowest real
+    modes of the model, of which these are those ``at`` (modes,)."""
 
     measured: Real
     std: Real
@@ -44,14 +46,19 @@ class Ratios:
     own: Real | float = MODE_DAMPING_STD
     common: float = COMMON_DAMPING_STD
     swinging: Real = field(default_factory=lambda: np.zeros((0, 0)))
-    real: RealModes | None = None
+    real: Callable[[], RealModes] | None = None
     at: Index = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
 
     @property
     def spread(self) -> Real:
         """Deviation of the logarithm of each ratio: usual scatter, measurement, and what the first
         order in damping leaves of a heavy one, the ratio itself as a part of it."""
-        return np.sqrt(np.square(self.own) + (self.std / self.measured) ** 2 + self.measured**2)
+        return np.sqrt(self._variance(1.0))
+
+    def _variance(self, share: Real | float) -> Real:
+        """Its square, where only a ``share`` of the ratio scatters."""
+        own = np.square(np.multiply(self.own, share))
+        return np.asarray(own + (self.std / self.measured) ** 2 + self.measured**2)
 
     def strain(self, added: Real) -> Real:
         """Squares of the log ratios in units of their scatter beside what is known with ``added``
@@ -69,7 +76,7 @@ class Ratios:
     def _strain(self, added: Real) -> Real:
         share = self.file / (self.file + added)
         u = np.log(self.measured / self.file * share)
-        w = 1.0 / ((self.own * share) ** 2 + (self.std / self.measured) ** 2 + self.measured**2)
+        w = 1.0 / self._variance(share)
         common = (w * share * u).sum(axis=1) / ((w * share**2).sum(axis=1) + self.common**-2)
         left = u - share * common[:, None]
         return np.asarray((w * left**2).sum(axis=1) + (common / self.common) ** 2)
@@ -89,9 +96,10 @@ class Ratios:
         """What an effect of these ``sizes`` adds to each ratio, (sizes, modes), in all orders."""
         if self.real is None:
             return sizes[:, None] * self.rate(c)
-        zeta = self.real.zeta.copy()
+        real, used = self.real(), int(self.at.max()) + 1
+        zeta = real.zeta.copy()
         zeta[self.at] = self.file
-        real, used = replace(self.real, zeta=zeta), int(self.at.max()) + 1
+        real = replace(real, zeta=zeta)
         one = real.damping(c)
         found = [real.with_damping(size * one, used).zeta[self.at] for size in sizes]
         return np.array(found) - self.file
@@ -117,9 +125,9 @@ def ratios_of(point: ModalPoint, original: Model, before: Sequence[Real] = ()) -
     given = file_damping(original, np.sqrt(flexible) / (2.0 * np.pi))[at - point.modes.rigid]
     omega, shapes = np.sqrt(point.modes.eigenvalues[at]), point.modes.shapes[:, at]
     swinging = _swinging(point.residual.model, shapes) / (2.0 * omega)
+    more: dict[str, Any] = {"swinging": swinging, "real": partial(RealModes.of, point), "at": at}
     measured = known > 0.0
     if not np.any(measured):
-        more = {"swinging": swinging, "real": RealModes.of(point), "at": at}
         return Ratios(zeta, std, given, shapes, omega, **more)
     relative = np.where(measured, known_std / np.where(measured, known, 1.0), 0.0)
     own = np.where(
@@ -128,9 +136,7 @@ def ratios_of(point: ModalPoint, original: Model, before: Sequence[Real] = ()) -
         np.hypot(MODE_DAMPING_STD, COMMON_DAMPING_STD),
     )
     known = np.where(measured, known, given)
-    real = RealModes.of(point)
-    own_and = (own, COMMON_DAMPING_REPEATED, swinging, real, at)
-    return Ratios(zeta, std, known, shapes, omega, *own_and)
+    return Ratios(zeta, std, known, shapes, omega, own, COMMON_DAMPING_REPEATED, **more)
 
 
 def _swinging(model: Model, shapes: Real) -> Real:

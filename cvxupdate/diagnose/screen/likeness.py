@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 
 import numpy as np
 
 from cvxupdate.diagnose.fit import Fit
-from cvxupdate.diagnose.screen.projection import Projection, norms
+from cvxupdate.diagnose.screen.projection import Linearised, Projection, norms
 from cvxupdate.diagnose.settings import AS_ONE
 from cvxupdate.diagnose.types import Evidence, Real
 from cvxupdate.physics.effect import Effect
@@ -17,18 +18,33 @@ def moving_as_one(evidence: Evidence, base: Fit, effect: Effect) -> list[Effect]
     """The same effect at other places whose derivatives of the responses, beside the nuisance
     parameters alone (``base``), are as good as in proportion to its own: parts of what moves as one
     in the band (the top of a table, a girder along itself)."""
+    if effect.change is None or len(effect.place.nodes) != 1:
+        return []
     candidates = evidence.candidates(evidence.model, (effect.physics,))
+    columns = partial(evidence.columns, base)
+    return proportional(effect, candidates, columns, lambda: evidence.linearised(base), AS_ONE)
+
+
+def proportional(
+    effect: Effect,
+    candidates: Sequence[Effect],
+    columns: Callable[[Sequence[Effect]], list[Real | None]],
+    nuisance: Callable[[], Linearised],
+    least: float,
+) -> list[Effect]:
+    """Of ``candidates`` those of the type of ``effect`` at other places of its kind and extent
+    whose ``columns``, free of what ``nuisance`` parameters do, are in proportion to its own there:
+    the squared cosine is at ``least`` so much. Most alike first."""
     mine = [e for e in candidates if e.key == effect.key]
     others = [e for e in candidates if e.key != effect.key and of_one_kind(e, effect)]
-    if effect.change is None or not (mine and others and len(effect.place.nodes) == 1):
+    if not (mine and others):
         return []
-    columns = evidence.columns(base, [mine[0], *others])
-    if columns[0] is None or columns[0].shape[1] != 1:
+    first, *rest = columns([mine[0], *others])
+    if first is None or first.shape[1] != 1:
         return []
-    some = [(e, J) for e, J in zip(others, columns[1:], strict=True) if J is not None]
-    J = np.hstack([columns[0], *(x for _, x in some)])
-    left = Projection.of(evidence.linearised(base))
-    return in_proportion(left, J, [e for e, _ in some], AS_ONE)
+    some = [(e, J) for e, J in zip(others, rest, strict=True) if J is not None]
+    J = np.hstack([first, *(x for _, x in some)])
+    return in_proportion(Projection.of(nuisance()), J, [e for e, _ in some], least)
 
 
 def in_proportion(
