@@ -44,6 +44,7 @@ def diagnose_problem(
     from cvxupdate.diagnose.modes.evidence import ModesEvidence
     from cvxupdate.diagnose.motion.component import rigs_of
     from cvxupdate.diagnose.nominal.members import divided
+    from cvxupdate.diagnose.output.file_numbers import in_file_numbers
     from cvxupdate.diagnose.output.mesh import with_mesh
     from cvxupdate.diagnose.reference import brought, changed, not_unchanged
     from cvxupdate.diagnose.states import states_diagnosis
@@ -55,6 +56,7 @@ def diagnose_problem(
     if members is not None:
         tell(members.says)
         found = diagnose_problem(members.spec, members.model, recordings, progress, thorough, jobs)
+        found = in_file_numbers(found, members.mesh)
         return replace(found, evidence=(members.says, *found.evidence))
     rigs = rigs_of(model, recordings)
     if any(r.use == "fit" for r in rigs):
@@ -74,7 +76,7 @@ def diagnose_problem(
         said = not_unchanged(found, changed(now.reference, now.recordings))
         return replace(said, evidence=(*now.lines, *said.evidence))
     if coarse is not None:
-        return with_mesh(found, coarse.told, coarse.says)
+        return with_mesh(in_file_numbers(found, coarse.mesh), coarse.told, coarse.says)
     return with_mesh(found, discretisation(evidence, found.fit["fit"]["before"]))
 
 

@@ -69,7 +69,8 @@ class Finding:
     ``title``: effect and place as a thing ("an added mass at node 5"); ``noise_deviations``: of
     the recordings alone, where ``deviations`` includes what the model leaves open; ``explains``:
     its part of the misfit beyond noise, 0 to 1; ``behind``: how many times less likely each
-    ``equivalent`` is (none: all are as likely).
+    ``equivalent`` is (none: all are as likely); ``in_file``: the place by the numbers of the file,
+    where the mesh that was diagnosed has others.
     """
 
     physics: str
@@ -83,6 +84,7 @@ class Finding:
     equivalent: tuple[Effect, ...]
     says: str
     behind: tuple[float, ...] = ()
+    in_file: Place | None = None
 
     @classmethod
     def of(
@@ -135,7 +137,7 @@ class Finding:
         """The contract's entry of ``findings``."""
         return {
             "physics": self.physics,
-            "location": self.place.to_json(),
+            "location": (self.in_file or self.place).to_json(),
             "parameters": dict(self.parameters),
             "standard_deviation": dict(self.deviations),
             "noise_deviation": dict(self.noise_deviations),

@@ -35,10 +35,12 @@ class Made:
 
 @dataclass(frozen=True)
 class Refined:
-    """The finer ``model`` and the nodes that were ``made``, by their numbers."""
+    """The finer ``model``, the nodes that were ``made``, by their numbers, and the numbers of the
+    ``parts`` of each element of the file that was divided."""
 
     model: sm.Model
     made: Mapping[int, Made]
+    parts: Mapping[int, tuple[int, ...]] = field(default_factory=dict)
 
 
 def refined(model: sm.Model, parts: Parts = halved, renumber: bool = False) -> Refined:
@@ -51,6 +53,7 @@ def refined(model: sm.Model, parts: Parts = halved, renumber: bool = False) -> R
     mesh = _Mesh.of(model)
     top = max((row.id for block in model.elements for row in block.rows), default=0)
     blocks: list[Any] = []
+    parents: dict[int, tuple[int, ...]] = {}
     for block in model.elements:
         rows: list[Any] = []
         for row in block.rows:
@@ -59,6 +62,7 @@ def refined(model: sm.Model, parts: Parts = halved, renumber: bool = False) -> R
                 top += renumber and k > 0
                 number = top if renumber and k else row.id
                 rows.append(row.model_copy(update={"id": number, "nodes": nodes}))
+                parents[row.id] = (*parents.get(row.id, ()), number)
             rows += [] if pieces else [row]
         blocks.append(block.model_copy(update={"rows": tuple(rows)}))
     edges = [r for b in blocks for r in b.rows if isinstance(r, SpringRow) and r.edge]
@@ -72,7 +76,7 @@ def refined(model: sm.Model, parts: Parts = halved, renumber: bool = False) -> R
             "supports": tuple(mesh.supports),
         }
     )
-    return Refined(text, mesh.made)
+    return Refined(text, mesh.made, parents)
 
 
 def _with_springs(blocks: Sequence[Any], divided: Sequence[Any], top: int | None) -> list[Any]:

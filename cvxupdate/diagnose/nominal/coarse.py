@@ -30,7 +30,7 @@ from cvxupdate.fe.build import build_model
 from cvxupdate.fe.internal import is_nonlinear
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.modes import model_modes
-from cvxupdate.fe.refinement import refined
+from cvxupdate.fe.refinement import Refined, refined
 from cvxupdate.recordings.measured import band_of
 from cvxupdate.recordings.types import FrequencyResponse, ModeTable, Recording, TimeHistory
 from cvxupdate.residual.modal import modal_residual
@@ -101,10 +101,12 @@ class Discretisation:
 
 @dataclass(frozen=True)
 class Coarse:
-    """The problem of a ``file`` with every rod and beam divided, and what that is worth."""
+    """The problem of a ``file`` with every rod and beam divided, its ``mesh``, and what that is
+    worth."""
 
     spec: Spec
     model: Model
+    mesh: Refined
     file: Model
     told: Discretisation
 
@@ -117,7 +119,8 @@ class Coarse:
             f"frequencies of the band up to {100 * t.shift:.2g} % off. The diagnosis worked on the "
             f"same model with {t.mesh} (up to {100 * (t.left or 0.0):.1g} % off), which leaves "
             f"{t.errors[1]:.2g} of the {t.of} before anything is fitted, where the file leaves "
-            f"{t.errors[0]:.2g}."
+            f"{t.errors[0]:.2g}. The first part of an element keeps its number; numbers above "
+            "those of the file are of its other parts and of the nodes between them."
         )
 
 
@@ -170,12 +173,12 @@ def _divided(spec: Spec, file: Model, fitted: Sequence[Recording], top: float) -
             errors = _error(file, fitted), _error(now[1], fitted)
             of = "frequencies" if isinstance(fitted[0], ModeTable) else "responses"
             told = Discretisation(parts, _lumped(spec), shift, left, errors, of=of)
-            return Coarse(*now, file, told)
+            return Coarse(now[0], now[1], now[2], file, told)
         finer = best
     return None
 
 
-def _finer(spec: Spec, parts: int) -> tuple[Spec, Model]:
+def _finer(spec: Spec, parts: int) -> tuple[Spec, Model, Refined]:
     """Masses consistent where that converges to the same, two orders faster: lumps of a beam have
     no rotary inertia of its section, those of one in space have that about its axis."""
     blocks = tuple(
@@ -186,9 +189,9 @@ def _finer(spec: Spec, parts: int) -> tuple[Spec, Model]:
     def count(block: Any, row: Any) -> int:
         return parts if block.type in DIVIDED else 1
 
-    text = refined(plain, count, renumber=True).model
-    now = replace(spec, model=text, update=None)
-    return now, build_model(now)
+    mesh = refined(plain, count, renumber=True)
+    now = replace(spec, model=mesh.model, update=None)
+    return now, build_model(now), mesh
 
 
 def _is_lumped(block: Any) -> bool:

@@ -20,7 +20,7 @@ from cvxupdate.errors import InputError
 from cvxupdate.fe.build import build_model
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.modes import model_modes
-from cvxupdate.fe.refinement import refined
+from cvxupdate.fe.refinement import Refined, refined
 from cvxupdate.recordings.types import FrequencyResponse, ModeTable, Recording, TimeHistory
 from cvxupdate.spec import Spec
 from cvxupdate.spec.elements import LineBlock, text_of
@@ -30,11 +30,12 @@ TRIED = (2, 4, 8, 16, 32)
 
 @dataclass(frozen=True)
 class Divided:
-    """The problem with beams in place of exact members, each in ``parts``; ``off`` is the largest
-    relative error of a natural frequency up to the end of the band."""
+    """The problem with beams in place of exact members, each in ``parts`` of a ``mesh``; ``off`` is
+    the largest relative error of a natural frequency up to the end of the band."""
 
     spec: Spec
     model: Model
+    mesh: Refined
     parts: int
     off: float
 
@@ -70,13 +71,13 @@ def divided(spec: Spec, model: Model, recordings: Sequence[Recording]) -> Divide
     plain = spec.model.model_copy(update={"elements": blocks})
     kinds = {id(block) for block in blocks if _was_exact(spec, block)}
     for parts in TRIED:
-        text = refined(plain, partial(_parts, kinds, parts), renumber=True).model
-        now = replace(spec, model=text, update=None)
-        mesh = build_model(now)
-        found = model_modes(mesh, len(exact)).flexible().frequencies
+        mesh = refined(plain, partial(_parts, kinds, parts), renumber=True)
+        now = replace(spec, model=mesh.model, update=None)
+        beams = build_model(now)
+        found = model_modes(beams, len(exact)).flexible().frequencies
         off = float(np.abs(found / exact - 1.0).max())
         if off <= EXACT_MESH:
-            return Divided(now, mesh, parts, off)
+            return Divided(now, beams, mesh, parts, off)
     raise InputError(
         f"{spec.path}: the band to {top:.5g} Hz asks for more than {TRIED[-1]} parts of each exact "
         "member. Give the recordings a `band` that ends lower, or put nodes inside the members."

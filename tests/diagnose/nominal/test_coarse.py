@@ -13,12 +13,16 @@ from scipy.signal import StateSpace, firwin, lsim
 from cvxupdate.diagnose import diagnose_problem
 from cvxupdate.diagnose.nominal.coarse import of_sheets, too_coarse
 from cvxupdate.diagnose.nominal.refinement import PLAIN, Mesh
+from cvxupdate.diagnose.output.diagnosis import Diagnosis
+from cvxupdate.diagnose.output.file_numbers import in_file_numbers
+from cvxupdate.diagnose.results import Finding
 from cvxupdate.diagnose.settings import COARSE_MESH, EXACT_MESH
 from cvxupdate.fe.build import build_model
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.modes import model_modes
 from cvxupdate.fe.refinement import refined
 from cvxupdate.fe.synthesis import frequency_responses
+from cvxupdate.physics.place import Place
 from cvxupdate.recordings.types import (
     Channel,
     FrequencyResponse,
@@ -47,8 +51,9 @@ def opened(folder: Path, mass: str) -> tuple[Spec, Model]:
     return open_problem(path)[:2]
 
 
-def built(spec: Spec) -> Model:
-    """The same beam in eighths with consistent masses."""
+def built(spec: Spec, softer: slice = slice(0)) -> Model:
+    """The same beam in eighths with consistent masses; elements ``softer`` have half the
+    stiffness."""
     blocks = tuple(
         b.model_copy(update={"mass": "consistent", "rotary_inertia": False})
         if b.type == "beam2d"
@@ -56,12 +61,16 @@ def built(spec: Spec) -> Model:
         for b in spec.model.elements
     )
     text = refined(spec.model.model_copy(update={"elements": blocks}), lambda b, r: 8, True).model
+    beam, *rest = text.elements
+    rows = list(beam.rows)
+    rows[softer] = [r.model_copy(update={"stiffness_factor": 0.5}) for r in rows[softer]]
+    text = text.model_copy(update={"elements": (beam.model_copy(update={"rows": rows}), *rest)})
     return build_model(replace(spec, model=text, update=None))
 
 
-def table(spec: Spec, count: int = 5) -> ModeTable:
+def table(spec: Spec, count: int = 5, softer: slice = slice(0)) -> ModeTable:
     """Its lowest flexible modes."""
-    fine = built(spec)
+    fine = built(spec, softer)
     modes = model_modes(fine, count).flexible()
     channels = tuple(Channel(n, "y", "displacement") for n in range(1, 7))
     at = [fine.place[f"n{n}.y"] for n in range(1, 7)]
@@ -94,6 +103,12 @@ def history(spec: Spec) -> TimeHistory:
     channels = (Channel(1, "y", "force"), *(Channel(k, "y", "acceleration") for k in sensors))
     data = np.column_stack([force, motion])
     return TimeHistory(Origin("t", "t"), rate, channels, data)
+
+
+def diagnosis(finding: Finding) -> Diagnosis:
+    """That says one thing."""
+    says = f"So: {finding.says}"
+    return Diagnosis("p", "p", "", "missing_physics", says, (finding,), (), {}, {}, (), 0.0, {})
 
 
 def measured(spec: Spec, sensors: tuple[int, ...] = (1, 3, 4, 6)) -> list[FrequencyResponse]:
@@ -155,6 +170,38 @@ def test_tables_of_modes_tell_it_too(tmp_path: Path) -> None:
     told = found.details["discretisation"]
     assert told["fit"]["before"] == pytest.approx(found.fit["fit"]["before"], rel=1e-6)
     assert told["fit"]["before"] > 0.05 and told["fit"]["after"] < 1e-3
+
+
+@pytest.mark.parametrize(
+    ("softer", "said"),
+    [
+        (slice(20, 24), "parts 3 and 4 of 4 of element 3 of the file, from its first node on.)"),
+        (slice(16, 24), "are the whole of element 3 of the file.)"),
+    ],
+)
+def test_what_is_found_has_the_numbers_of_the_file(
+    tmp_path: Path, softer: slice, said: str
+) -> None:
+    spec, model = opened(tmp_path, "lumped")
+    found = diagnose_problem(spec, model, [table(spec, 5, softer)])
+    (finding,) = found.findings
+    assert finding.physics == "stiffness_change" and finding.says.endswith(said)
+    assert finding.parameters["factor"] == pytest.approx(0.5, abs=0.03)
+    assert finding.to_json()["location"]["elements"] == [3]
+    assert finding.says in found.says
+
+
+def test_a_node_that_the_file_does_not_have_is_told_by_its_neighbours(tmp_path: Path) -> None:
+    spec, _ = opened(tmp_path, "consistent")
+    mesh = refined(spec.model, lambda b, r: 4, True)
+    finding = Finding(
+        "added_mass", Place(nodes=(11,), dof="y"), "a mass", {}, {}, {}, 0.9, 1.0, (), "More."
+    )
+    found = in_file_numbers(diagnosis(finding), mesh)
+    assert found.findings[0].says == "More. (Node 11 lies 50 % of the way from node 2 to node 3.)"
+    assert found.says == f"So: {found.findings[0].says}"
+    own = replace(finding, place=Place(nodes=(2,), dof="y"))
+    assert in_file_numbers(diagnosis(own), mesh).findings == (own,)
 
 
 def test_time_histories_tell_it_too(tmp_path: Path) -> None:
