@@ -17,7 +17,7 @@ from cvxupdate.diagnose.nominal.damping import undamped
 from cvxupdate.diagnose.nominal.mesh import mesh_error
 from cvxupdate.diagnose.nominal.refinement import PLAIN, has_sheets
 from cvxupdate.diagnose.nominal.scatter import with_nuisance
-from cvxupdate.diagnose.nominal.supports import held_dofs, release_from
+from cvxupdate.diagnose.nominal.supports import elements_of, held_dofs, release_from
 from cvxupdate.diagnose.output.wording import nonlinear, slightly
 from cvxupdate.diagnose.responses.common import common_of
 from cvxupdate.diagnose.responses.data import Data, prepare
@@ -158,7 +158,8 @@ def _responses(
             if SHEAR in names:
                 data = replace(data, sheared=mesh_error(spec, model, data.top, sheared=True))
         start = undamped(fine.on(model))
-        start = with_nuisance(start, scatter=spec.diagnose.scatter, theory=fine.theory)
+        own = None if reference is None else elements_of(reference.file)
+        start = with_nuisance(start, spec.diagnose.scatter, fine.theory, own)
         held, release = held_dofs(spec, model), release_from(spec, fine)
         found = ResponseEvidence(
             model, start, data, fine, names, held, release, progress, file, budget

@@ -23,7 +23,8 @@ from cvxupdate.diagnose.responses.evidence import ResponseEvidence
 from cvxupdate.diagnose.responses.levels import state_change as responses_change
 from cvxupdate.diagnose.responses.moving import NOTHING, Carried
 from cvxupdate.diagnose.results import Further
-from cvxupdate.diagnose.search.search import nearest, search
+from cvxupdate.diagnose.search.nearest import nearest
+from cvxupdate.diagnose.search.search import search
 from cvxupdate.diagnose.settings import CALIBRATED, LOOK, STRONG
 from cvxupdate.diagnose.types import Evidence, Progress
 from cvxupdate.errors import InputError

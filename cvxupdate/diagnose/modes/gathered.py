@@ -20,7 +20,7 @@ from cvxupdate.diagnose.nominal.damping import undamped
 from cvxupdate.diagnose.nominal.mesh import NONE, mesh_error
 from cvxupdate.diagnose.nominal.refinement import PLAIN
 from cvxupdate.diagnose.nominal.scatter import with_nuisance
-from cvxupdate.diagnose.nominal.supports import held_dofs, release_from
+from cvxupdate.diagnose.nominal.supports import elements_of, held_dofs, release_from
 from cvxupdate.diagnose.types import Progress
 from cvxupdate.fe.model import Model
 from cvxupdate.recordings.types import ModeTable
@@ -55,7 +55,8 @@ def modes_evidence(
     top = max(float(t.frequency.max()) for t in tables)
     fine = PLAIN if reference else mesh_for(spec, model, top, SHEAR in sought.names)
     start = undamped(fine.on(model))
-    start = with_nuisance(start, scatter=spec.diagnose.scatter, theory=fine.theory)
+    own = None if reference is None else elements_of(reference[0])
+    start = with_nuisance(start, spec.diagnose.scatter, fine.theory, own)
     mesh = NONE if fine.finer else mesh_error(spec, model, top)
     common = None
     if reference is not None:

@@ -17,11 +17,17 @@ MEMBER = "exact member "
 parts of one member, drawn as the others are."""
 
 
-def with_nuisance(model: Model, scatter: float = 1.0, theory: tuple[str, ...] = ()) -> Model:
+def with_nuisance(
+    model: Model,
+    scatter: float = 1.0,
+    theory: tuple[str, ...] = (),
+    own: frozenset[int] | None = None,
+) -> Model:
     """The model with a stiffness and a mass p-value for every group, and one for all elements of a
     kind that have none, within credible bounds. ``scatter``: part of the usual scatter, of a model
     that was calibrated on this very structure; ``theory``: words of
-    `cvxupdate.diagnose.nominal.theory`."""
+    `cvxupdate.diagnose.nominal.theory`; ``own``: elements of the file alone, where a reference was
+    found to have others beside them, which stay as they were found."""
     wanted: list[Wanted] = []
     for of, std in (("stiffness", STIFFNESS_STD), ("mass", MASS_STD)):
         limit = CREDIBLE * std * scatter
@@ -29,6 +35,8 @@ def with_nuisance(model: Model, scatter: float = 1.0, theory: tuple[str, ...] = 
         for block in model.blocks:
             if has_property(block, of) and not is_given(block):
                 for element, group in zip(block.ids.tolist(), block.groups, strict=True):
+                    if own is not None and element not in own:
+                        continue
                     drawn = "" if group.startswith(MEMBER) else group
                     groups.setdefault(drawn or block.kind.name, []).append(element)
         wanted += [

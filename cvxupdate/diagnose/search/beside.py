@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
 
 from cvxupdate.diagnose.hypothesis import Hypothesis, at_nominal, further, seeds_from
 from cvxupdate.diagnose.screen.shortlist import shortlist
 from cvxupdate.diagnose.settings import ALTERNATIVES, EACH_SIZED, SEVERAL_LEVEL, SHORT
 from cvxupdate.diagnose.types import Evidence, Key, Score, Seed
-from cvxupdate.physics.effect import HiddenOscillator
+from cvxupdate.physics.effect import Effect, HiddenOscillator
 
 
 def beside(
@@ -17,12 +17,14 @@ def beside(
     also: Collection[Key] = (),
     level: int = SEVERAL_LEVEL,
     scores: Sequence[Score] | None = None,
+    wanted: Callable[[Sequence[Effect]], Sequence[Effect]] = list,
 ) -> list[Seed]:
     """What shows there to first order (``scores``: already screened, and placed); and what shows
     at finite sizes beside its effects alone, with nuisance parameters nominal (``also``: these
-    too, however little they show). The refits are to begin at ``level``."""
+    too, however little they show). The refits are to begin at ``level``; ``wanted`` are those of
+    all candidates that are tried."""
     model = parent.fit.setting.model
-    effects = further(evidence.candidates(model), parent)
+    effects = wanted(further(evidence.candidates(model), parent))
     near: list[Score] = []
     if scores is None:
         near = shortlist(evidence.first_order(parent.fit, effects))

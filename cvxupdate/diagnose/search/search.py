@@ -17,7 +17,6 @@ from cvxupdate.diagnose.search.driven import settled, shaken
 from cvxupdate.diagnose.search.entries import first_pass, screened
 from cvxupdate.diagnose.search.exchange import crowded, exchanged, likeliest
 from cvxupdate.diagnose.search.grown import NOTHING, Grown, Seen, grown_from
-from cvxupdate.diagnose.search.guided import brought_near
 from cvxupdate.diagnose.search.held import held
 from cvxupdate.diagnose.search.neighbours import neighbours
 from cvxupdate.diagnose.search.race import merged, raced
@@ -82,19 +81,6 @@ def names_tried(evidence: Evidence) -> tuple[str, ...]:
         return ()
     damping = {e.name for e in effect_types() if e.damping}
     return tuple(n for n in evidence.names if n in damping)
-
-
-def nearest(evidence: Evidence, progress: Progress) -> Found | None:
-    """What brings a model that is far off to recordings of which nothing is to be claimed: the
-    first sets that explain them, whatever else would; None where none does."""
-    far = evidence.bases[-1].misfit > HOPELESS * EXPLAINED
-    near = brought_near(evidence, progress) if far and names_tried(evidence) else []
-    if not near or near[0].fit.misfit > EXPLAINED:
-        return None
-    several = [h for h in near if len(h.effects) > 1]
-    several = merged(several, shaken(evidence, several, progress))
-    singles = [h for h in near if len(h.effects) == 1]
-    return Found((), tuple(settled(evidence, singles)), tuple(settled(evidence, several)))
 
 
 def search(evidence: Evidence, progress: Progress, seen: Seen = NOTHING) -> Found:
