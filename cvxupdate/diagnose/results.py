@@ -53,6 +53,7 @@ def or_elsewhere(
         e.place.nodes[0]
         for e, odds in zip(others, behind or (1.0,) * len(others), strict=True)
         if e.physics == effect.physics
+        and len(e.place.nodes) == 1
         and replace(e.place, nodes=own.nodes) == own
         and (confidence < STATED or odds < np.exp(AS_LIKELY))
     ]

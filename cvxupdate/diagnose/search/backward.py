@@ -7,6 +7,7 @@ from cvxupdate.diagnose.hypothesis import Hypothesis, price, without
 from cvxupdate.diagnose.search.plainer import plainer
 from cvxupdate.diagnose.search.race import entered, raced
 from cvxupdate.diagnose.types import Evidence, Progress
+from cvxupdate.forked import every
 
 
 def backward(
@@ -36,3 +37,20 @@ def backward(
 def merit(h: Hypothesis) -> float:
     """Logarithm of the evidence, less what its unknowns cost."""
     return h.fit.log_evidence - price(h.unknowns, h.fit.independent)
+
+
+def freed(evidence: Evidence, whole: Hypothesis) -> Hypothesis:
+    """A set without the effects that its evidence is better without as they are, those that do
+    least first; one stays."""
+    idle: list[int] = []
+    best = whole
+    while len(best.effects) > 1:
+        left = [k for k in range(len(whole.effects)) if k not in idle]
+        rests = every(lambda k: without(evidence, whole, *idle, k), left, evidence.jobs)
+        found = [(r, k) for r, k in zip(rests, left, strict=True) if r is not None]
+        likelier = [(merit(r), k, r) for r, k in found if merit(r) >= merit(best)]
+        if not likelier:
+            break
+        _, k, best = max(likelier, key=lambda x: x[:2])
+        idle.append(k)
+    return best

@@ -1,49 +1,106 @@
-"""What a rig does alike everywhere, sought before anything that stands somewhere.
+"""What a rig does alike everywhere, all of it at once, for tables of modes.
 
-Of a reference state nothing is to be claimed: the model is brought to it. Supports that all turn,
-joints that are all soft, sensors that all weigh, the fixture: there are few of these, so sets of
-them are soon grown, where every effect at every place takes most of the time that a diagnosis has.
+Supports that all give way in each of their directions, joints that are all soft, sensors that all
+weigh: each alone brings a model that lacks them all hardly nearer, so that steps from one to the
+next miss them, and every effect at every place takes most of the time that a diagnosis has. All at
+once they are one fit, freed then of what the evidence is better without.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
-from cvxupdate.diagnose.hypothesis import Hypothesis, of_a_rig
-from cvxupdate.diagnose.search.backward import backward, merit
+from cvxupdate.diagnose.hypothesis import Hypothesis, of_a_rig, together
+from cvxupdate.diagnose.search.backward import backward, freed, merit
 from cvxupdate.diagnose.search.beside import beside
-from cvxupdate.diagnose.search.race import entered, merged, raced
+from cvxupdate.diagnose.search.race import entered, merged, raced, refitted
 from cvxupdate.diagnose.search.several import room
 from cvxupdate.diagnose.settings import PARTNERS
 from cvxupdate.diagnose.types import Evidence, Progress
 from cvxupdate.physics.effect import Effect
 
+BEGUN = 0.1  # of the size at which each is as soft as what it holds: fits begin there
+JOINTS = "joint_flexibility"
+
 
 def alike_everywhere(evidence: Evidence, progress: Progress) -> list[Hypothesis]:
-    """Sets of what a rig does, each of its parts alike wherever it may stand, grown as long as the
-    evidence grows; best first, the best freed of what it is better without."""
-    best = Hypothesis((), evidence.bases[-1])
-    found: list[Hypothesis] = []
+    """Sets of what a rig does, each of its parts alike wherever it may stand; best first. Where all
+    of it at once does not explain, sets are grown from it as long as the evidence grows."""
+    found = at_once(evidence, progress)
+    best = found[0] if found else Hypothesis((), evidence.bases[-1])
     last = evidence.levels - 1
     while room(evidence, best) and not (evidence.clear(best.fit) or evidence.hurried):
         progress(f"seeking what a rig does everywhere beside {best.name}")
         seeds = beside(evidence, best, level=last, wanted=of_classes)
-        near = raced(evidence, entered(evidence, seeds, progress), ((last, PARTNERS),), progress)
+        near = entered(evidence, seeds, progress)
+        near = raced(evidence, near, ((last, PARTNERS),), progress)
         likeliest = max(near, key=merit, default=best)
         if merit(likeliest) <= merit(best):
             break
-        found, best = merged(found, near), likeliest
-    if len(best.effects) > 1:
-        found = merged(found, backward(evidence, best, progress)[1])
-    return [h for h in found if h.effects]
+        found, best = [*near, *found], likeliest
+    return sorted((h for h in merged(found) if h.effects), key=merit, reverse=True)
+
+
+def at_once(evidence: Evidence, progress: Progress) -> list[Hypothesis]:
+    """All that a rig does everywhere, with and without the joints, which stand for much, freed of
+    what the evidence is better without; likeliest first. Nothing where a rig has no part."""
+    progress("fitting all that a rig does everywhere at once")
+    bare = Hypothesis((), evidence.bases[-1])
+    every = widest(evidence.candidates(evidence.model))
+    ways = [every, [e for e in every if e.physics != JOINTS]]
+    wholes = [together(evidence, bare, way, BEGUN) for way in ways if way]
+    fits = [refitted(evidence, h.onward, "sharp") for h in wholes if h.effects]
+    found = sorted((h for h in fits if h is not None), key=merit, reverse=True)
+    if not found:
+        return []
+    tried = [*found, *lightened(evidence, found[0])]
+    best = max(tried, key=merit)
+    if not evidence.clear(best.fit) and len(best.effects) > 1:
+        tried += backward(evidence, best, progress)[1]
+    return sorted(merged(tried), key=merit, reverse=True)
+
+
+def rigged(evidence: Evidence, parent: Hypothesis) -> Hypothesis | None:
+    """A parent with all that a rig does everywhere, as yet of little size; None where it has it."""
+    model = parent.fit.setting.model
+    every = widest([e for e in evidence.candidates(model) if e.key not in parent.keys])
+    whole = together(evidence, parent, every, BEGUN)
+    return None if whole is parent else whole
+
+
+def lightened(evidence: Evidence, whole: Hypothesis) -> list[Hypothesis]:
+    """A set without what it is likelier without, fitted again, as long as something goes."""
+    out: list[Hypothesis] = []
+    while True:
+        lighter = freed(evidence, whole)
+        if lighter.keys == whole.keys:
+            return out
+        found = refitted(evidence, lighter.onward, "sharp")
+        if found is None:
+            return out
+        out.append(found)
+        whole = found
+
+
+def widest(candidates: Sequence[Effect]) -> list[Effect]:
+    """Of what a rig does with one unknown, by effect and direction the one at most places."""
+    most: dict[tuple[str, str | None], Effect] = {}
+    for e in candidates:
+        if not e.type.rig or e.change is None or e.count != 1:
+            continue
+        key = (e.physics, e.place.dof)
+        if key not in most or _places(e) > _places(most[key]):
+            most[key] = e
+    directed = {physics for physics, dof in most if dof is not None}
+    return [e for (physics, dof), e in most.items() if dof is not None or physics not in directed]
 
 
 def of_classes(effects: Sequence[Effect]) -> list[Effect]:
     """Those that a rig does at all places of a kind, or at the only one that there is."""
     own = [e for e in effects if of_a_rig(e)]
-    classes = {e.physics for e in own if _many(e)}
-    return [e for e in own if _many(e) or e.physics not in classes]
+    classes = {e.physics for e in own if _places(e) > 1}
+    return [e for e in own if _places(e) > 1 or e.physics not in classes]
 
 
-def _many(e: Effect) -> bool:
-    return len(e.place.nodes) > 1 or len(e.place.elements) > 1
+def _places(e: Effect) -> int:
+    return max(len(e.place.nodes), len(e.place.elements))

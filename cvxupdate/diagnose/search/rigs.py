@@ -14,14 +14,16 @@ from itertools import chain
 
 import numpy as np
 
-from cvxupdate.diagnose.hypothesis import Hypothesis, only_a_rig, without
+from cvxupdate.diagnose.hypothesis import Hypothesis, only_a_rig
 from cvxupdate.diagnose.search.approach import Approach
-from cvxupdate.diagnose.search.backward import backward, merit
+from cvxupdate.diagnose.search.backward import backward, freed
+from cvxupdate.diagnose.search.classes import at_once, rigged
 from cvxupdate.diagnose.search.race import merged, raced, tenable
 from cvxupdate.diagnose.settings import MOUNTS, SEVERAL_LEVEL
 from cvxupdate.diagnose.types import Evidence, Progress, Seed
 from cvxupdate.errors import CvxupdateError
 from cvxupdate.forked import Ahead, every
+from cvxupdate.physics.effect import MODES
 
 RIGS = "what the test rig may do, beside the best set"
 
@@ -32,11 +34,14 @@ def a_rig_alone(
     """All that a rig does, on the mounts that bring the model nearest, sharpened and freed of what
     does little in it, before anything is sought beside the best of ``singles``: where a rig is all,
     everything else would be sought for nothing, and where time ends the search what imitates it
-    would stand alone. Nothing where the best leaves no more than ``enough``, or without an
-    approach."""
+    would stand alone. Nothing where the best leaves no more than ``enough``. Tables of modes have
+    no approach, but one fit of all that a rig does everywhere."""
     approach = evidence.approach
-    if approach is None or not singles or singles[0].penalised <= enough:
+    if not singles or singles[0].penalised <= enough:
         return []
+    if approach is None:
+        by_modes = evidence.told_by == MODES
+        return [h for h in at_once(evidence, progress)[:1] if len(h.effects) > 1 and by_modes]
     progress("seeking what a rig alone would explain")
     whole = _alone(evidence, approach)
     found = [] if whole is None else _lightened(evidence, whole, progress)
@@ -52,9 +57,10 @@ def beside_a_rig(
     """The best of the sets with all that a rig does beside it, and all that a rig does where that
     was not tried before (``alone``): both freed of what the evidence is better without (all that
     was tried, sharpened). Nothing where one effect is enough, where the best set (``sets``: best
-    first) has nothing but a rig or is a part of what was tried, or without an approach."""
+    first) has nothing but a rig or is a part of what was tried."""
     approach, best = evidence.approach, [h for h in sets if len(h.effects) > 1][:1]
-    if approach is None or not best or only_a_rig(best[0]):
+    by_modes = evidence.told_by == MODES
+    if not (approach or by_modes) or not best or only_a_rig(best[0]):
         return []
     if any(best[0].keys <= h.keys for h in alone):
         return []
@@ -62,7 +68,10 @@ def beside_a_rig(
         evidence.leave(RIGS)
         return []
     progress("seeking what a rig does beside the best set")
-    whole = [None if alone else _alone(evidence, approach), approach.rigged(best[0])]
+    if approach is None:
+        whole = [rigged(evidence, best[0])]
+    else:
+        whole = [None if alone else _alone(evidence, approach), approach.rigged(best[0])]
     out: list[Hypothesis] = []
     for h in whole:
         if h is None or evidence.hurried:
@@ -82,7 +91,7 @@ def _lightened(evidence: Evidence, whole: Hypothesis, progress: Progress) -> lis
         if not found:
             break
         out += found
-        h = _freed(evidence, found[0])
+        h = freed(evidence, found[0])
     return out
 
 
@@ -121,20 +130,3 @@ def _taken(approach: Approach, seed: Seed) -> tuple[Hypothesis, float] | None:
     except CvxupdateError:
         return None
     return Hypothesis(seed.effects, fit), left
-
-
-def _freed(evidence: Evidence, whole: Hypothesis) -> Hypothesis:
-    """A set without the effects that its evidence is better without as they are, those that do
-    least first; one stays."""
-    idle: list[int] = []
-    best = whole
-    while len(best.effects) > 1:
-        left = [k for k in range(len(whole.effects)) if k not in idle]
-        rests = every(lambda k: without(evidence, whole, *idle, k), left, evidence.jobs)
-        found = [(r, k) for r, k in zip(rests, left, strict=True) if r is not None]
-        likelier = [(merit(r), k, r) for r, k in found if merit(r) >= merit(best)]
-        if not likelier:
-            break
-        _, k, best = max(likelier, key=lambda x: x[:2])
-        idle.append(k)
-    return best

@@ -15,7 +15,7 @@ from cvxupdate.diagnose.nominal.mesh import shearing
 from cvxupdate.diagnose.responses import guide
 from cvxupdate.diagnose.search import search
 from cvxupdate.diagnose.search.guided import Reached, _abreast, _Growth, guided
-from cvxupdate.diagnose.search.search import nearest
+from cvxupdate.diagnose.search.nearest import nearest
 from cvxupdate.diagnose.search.several import busy
 from cvxupdate.diagnose.settings import BEAM, NEAREST
 from cvxupdate.diagnose.types import Score
