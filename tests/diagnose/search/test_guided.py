@@ -13,9 +13,8 @@ from cvxupdate.diagnose.budget import Budget
 from cvxupdate.diagnose.hypothesis import Hypothesis, at_nominal, seed_from
 from cvxupdate.diagnose.nominal.mesh import shearing
 from cvxupdate.diagnose.responses import guide
-from cvxupdate.diagnose.search import search
+from cvxupdate.diagnose.search import nearest as reference
 from cvxupdate.diagnose.search.guided import Reached, _abreast, _Growth, guided
-from cvxupdate.diagnose.search.nearest import nearest
 from cvxupdate.diagnose.search.several import busy
 from cvxupdate.diagnose.settings import BEAM, NEAREST
 from cvxupdate.diagnose.types import Score
@@ -100,14 +99,14 @@ def test_what_is_sought_stands_beside_the_rig(best):
 
 def test_a_model_is_brought_near_by_the_first_set_that_explains(evidence, best, monkeypatch):
     """Nothing is claimed of it, so no rivals of its members are sought."""
-    found = nearest(evidence, quiet)
+    found = reference.nearest(evidence, quiet)
     several = min(found.several, key=lambda h: h.penalised)
     known = {e.physics for e in best.effects}
     assert {e.physics for e in several.effects} == known and several.fit.misfit <= 1.0
     assert not found.scores and not found.entries
     assert all({e.physics for e in h.effects} <= known for h in (*found.several, *found.singles))
-    monkeypatch.setattr(search, "brought_near", lambda evidence, progress: [])
-    assert nearest(evidence, quiet) is None, "where none does, all is sought"
+    monkeypatch.setattr(reference, "brought_near", lambda evidence, progress: [])
+    assert reference.nearest(evidence, quiet) is None, "where none does, all is sought"
 
 
 def test_what_does_nothing_in_a_set_is_dropped(evidence, best):
