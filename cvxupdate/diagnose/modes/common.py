@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from cvxupdate.diagnose.modes.mixing import mixed
 from cvxupdate.diagnose.settings import (
     COMMON,
     REPEATED,
@@ -89,6 +90,7 @@ def common_of(model: Model, tables: Sequence[ModeTable]) -> Common:
     found: dict[int, OneMode] = {}
     later: dict[int, OneMode] = {}
     for k, table in enumerate((*fit, *hold)):
+        turned = mixed(point, k, table, missed=0.0)
         for i, at in enumerate(point.places[k].tolist()):
             if at < 0 or at in found or at in later:
                 continue
@@ -96,7 +98,7 @@ def common_of(model: Model, tables: Sequence[ModeTable]) -> Common:
             own = float(table.frequency_std[i] / table.frequency[i])
             deviation = float(np.sqrt(own**2 + REPEATED**2 + (COMMON * shift) ** 2))
             zeta = float(table.damping[i]), float(table.damping_std[i])
-            one = OneMode(shift, deviation, _shape_of(table, i, at, point), zeta)
+            one = OneMode(shift, deviation, _shape_of(table, i, at, point, turned[i]), zeta)
             (found if k < len(fit) else later)[at] = one
     off = float(np.sqrt(np.mean([m.shift**2 for m in found.values()]))) if found else 0.0
     return Common(found, min(1.0, COMMON + SHAPES_OFF * off), later)
@@ -131,8 +133,9 @@ def _scaled(measured: Real, modelled: Real) -> float:
 
 
 def _shape_of(
-    table: ModeTable, i: int, at: int, point: ModalPoint
+    table: ModeTable, i: int, at: int, point: ModalPoint, turned: Real
 ) -> Mapping[str, tuple[float, float]]:
+    """``turned``: how far identification may have turned it into others."""
     if table.shapes is None or not np.any(np.isfinite(table.shapes[i])):
         return {}
     measured, modelled = real_shapes(table.shapes[i : i + 1])[0], _modelled(table, at, point)
@@ -141,6 +144,7 @@ def _shape_of(
         return {}
     std = np.full(len(measured), UNSTATED_SHAPE) if table.shape_std is None else table.shape_std[i]
     off = factor * measured - modelled
+    std = np.hypot(std, turned)
     spread = np.sqrt((factor * std) ** 2 + SHAPE_REPEATED**2 + (COMMON * off) ** 2)
     return {
         c.label: (float(v), float(s))

@@ -1,5 +1,5 @@
-"""How far modes that are close to one another may be turned into each other by what a sound model
-misses."""
+"""How far modes that are close to one another may be turned into each other: by what a sound model
+misses, and by identification."""
 
 from __future__ import annotations
 
@@ -12,14 +12,17 @@ from cvxupdate.residual.modal import ModalPoint
 from cvxupdate.residual.shape_rows import channel_rows
 
 
-def mixed(point: ModalPoint, k: int, table: ModeTable) -> Real:
-    """Deviation that each entry of the shapes of a table has by it, (modes, channels), as large as
-    the measured shape is.
+def mixed(
+    point: ModalPoint, k: int, table: ModeTable, missed: float = FREQUENCY_DISCREPANCY
+) -> Real:
+    """Deviation that each entry of the shapes of a table (all frequencies with deviations) has by
+    it, (modes, channels), as large as the measured shape is.
 
-    What a model misses of a frequency it misses between modes as well: ε λ of the eigenvalue
-    problem, with ε twice `FREQUENCY_DISCREPANCY`. To first order that turns a mode by
-    ε λ / |λ − λ'| towards another (Fox and Kapoor 1968), and into it where they are as near as
-    that. How near two modes are is taken from what was measured of both, else from the model.
+    What a model misses of a frequency (``missed``, relative) it misses between modes as well, and
+    noise that moves an identified frequency acts between modes, too: ε λ of the eigenvalue problem,
+    with ε twice both together. To first order that turns a mode by ε λ / |λ − λ'| towards another
+    (Fox and Kapoor 1968), and into it where they are as near as that. How near two modes are is
+    taken from what was measured of both, else from the model.
     """
     shapes, modes = table.shapes, point.modes
     out = np.zeros((len(table.frequency), len(table.channels)))
@@ -36,7 +39,8 @@ def mixed(point: ModalPoint, k: int, table: ModeTable) -> Real:
         both = np.isfinite(known) & np.isfinite(known[at])
         here, there = np.where(both, known[at], lam[at]), np.where(both, known, lam)
         gap = np.abs(here - there) / np.sqrt(np.maximum(here * there, np.finfo(float).tiny))
-        turn = np.minimum(2.0 * FREQUENCY_DISCREPANCY / np.maximum(gap, 1e-12), 1.0)
+        noise = table.frequency_std[i] / table.frequency[i]
+        turn = np.minimum(2.0 * np.hypot(missed, noise) / np.maximum(gap, 1e-12), 1.0)
         turn[: modes.rigid], turn[at] = 0.0, 0.0
         size = np.nanmax(np.abs(shapes[i]), initial=0.0) / largest
         out[i] = size * np.linalg.norm(phi * turn, axis=1)

@@ -137,9 +137,8 @@ def prepared(
         missed = FREQUENCY_DISCREPANCY * np.ones(len(shift)), shape
         if common is not None:
             its = common if k < len(fit) else common.held
-            there, missed = _beside(
-                there, its.without(there, start.places[k].tolist(), start), missed
-            )
+            without = its.without(there, start.places[k].tolist(), start)
+            there, missed = _beside(there, without, missed, mixed(start, k, plain, missed=0.0))
         moved.append(_widened(there, missed, mesh.rest(shift)))
     places = [start.places[k].tolist() for k in range(len(fit))]
     before = () if common is None else tuple(common.damping(at) for at in places)
@@ -184,16 +183,17 @@ def _stated(table: ModeTable) -> ModeTable:
 
 
 def _beside(
-    table: ModeTable, moved: ModeTable, missed: tuple[Real, Any]
+    table: ModeTable, moved: ModeTable, missed: tuple[Real, Any], mixed: Real
 ) -> tuple[ModeTable, tuple[Real, Any]]:
     """A table without what is common to the reference (``moved``), deviations its own; and what a
     sound model may still miss of frequencies (relative) and shapes: what the reference leaves open
-    where it has the mode, else as of any model."""
+    where it has the mode, and how far identification ``mixed`` modes, else as of any model."""
     frequency, shape = missed
     own = moved.frequency_std / moved.frequency
     of_shapes: Any = shape
     if moved.shape_std is not None:
-        of_shapes = np.where(np.isfinite(moved.shape_std), moved.shape_std, shape)
+        known = np.isfinite(moved.shape_std)
+        of_shapes = np.where(known, np.hypot(moved.shape_std, mixed), shape)
     there = replace(moved, frequency_std=table.frequency_std, shape_std=table.shape_std)
     return there, (np.where(np.isfinite(own), own, frequency), of_shapes)
 

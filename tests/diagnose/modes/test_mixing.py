@@ -20,7 +20,7 @@ def seen(scale=1.0):
     """(table of modes 1 to 4 of a portal, the comparison with the model itself)."""
     m = structure(portal(), PORTAL)[1]
     table = measured(m, m.zero(), [1, 2, 3, 4], channels=CHANNELS)
-    table = replace(table, shapes=scale * table.shapes)
+    table = replace(table, shapes=scale * table.shapes, frequency_std=1e-9 * table.frequency)
     return table, modal_residual(m, [table], (), False).evaluate(m.zero())
 
 
@@ -45,6 +45,19 @@ def test_as_a_coupling_of_two_modes_turns_them():
             squares += (100.0 * (now - phi)[rows] / scale) ** 2
         # a coupling turns a mode by less than to first order, the more so the nearer the other is
         assert mixed(point, 0, table)[i] == pytest.approx(np.sqrt(squares), rel=0.05, abs=1e-4)
+
+
+def test_noise_that_moves_frequencies_turns_modes_as_far():
+    """As much as the model's own discrepancy of that size, and both together in mean square."""
+    table, point = seen()
+    calm = replace(table, frequency_std=0.0 * table.frequency)
+    noisy = replace(table, frequency_std=0.004 * table.frequency)
+    by_noise = mixed(point, 0, noisy, missed=0.0)
+    assert by_noise == pytest.approx(mixed(point, 0, calm, missed=0.004), rel=1e-12)
+    assert np.all(mixed(point, 0, calm, missed=0.0) == 0.0)
+    assert mixed(point, 0, noisy, missed=0.003) == pytest.approx(
+        mixed(point, 0, calm, missed=0.005), rel=1e-12
+    )
 
 
 def test_nearness_is_what_was_measured_where_both_were():
