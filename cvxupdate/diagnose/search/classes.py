@@ -41,6 +41,24 @@ def alike_everywhere(evidence: Evidence, progress: Progress) -> list[Hypothesis]
     return sorted((h for h in merged(found) if h.effects), key=merit, reverse=True)
 
 
+def on_a_rig(evidence: Evidence, progress: Progress) -> list[Hypothesis]:
+    """All that a rig does everywhere at once, freed of what it is better without; where that does
+    not explain, what else does beside all of it, for its parts may show only then. Likeliest
+    first."""
+    found = at_once(evidence, progress)
+    if not found or evidence.clear(found[0].fit):
+        return found
+    whole = max(found, key=lambda h: (h.unknowns, merit(h)))
+    if not room(evidence, whole) or evidence.hurried:
+        return found
+    progress("seeking beside all that a rig does everywhere")
+    last = evidence.levels - 1
+    near = entered(evidence, beside(evidence, whole, level=last), progress)
+    near = raced(evidence, near, ((last, PARTNERS),), progress)
+    lighter = [lighter for h in near for lighter in lightened(evidence, h)]
+    return sorted(merged(found, near, lighter), key=merit, reverse=True)
+
+
 def at_once(evidence: Evidence, progress: Progress) -> list[Hypothesis]:
     """All that a rig does everywhere, with and without the joints, which stand for much, freed of
     what the evidence is better without; likeliest first. Nothing where a rig has no part."""
