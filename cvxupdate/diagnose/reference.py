@@ -23,7 +23,7 @@ from cvxupdate.diagnose.responses.evidence import ResponseEvidence
 from cvxupdate.diagnose.responses.levels import state_change as responses_change
 from cvxupdate.diagnose.responses.moving import NOTHING, Carried
 from cvxupdate.diagnose.results import Further
-from cvxupdate.diagnose.search.nearest import nearest
+from cvxupdate.diagnose.search.nearest import nearest, with_near
 from cvxupdate.diagnose.search.search import search
 from cvxupdate.diagnose.settings import CALIBRATED, LOOK, STRONG
 from cvxupdate.diagnose.types import Evidence, Progress
@@ -124,9 +124,11 @@ def _sought(
     everything = replace(spec, diagnose=spec.diagnose.model_copy(update={"physics": None}))
     evidence = gathered(everything, model, its, tell, budget=budget.part(LOOK))
     near = nearest(evidence, tell)
-    best = None if near is None else likeliest(judge(evidence, near))
-    if best is None or not best.hypothesis.effects:  # what was held out may refute the first ones
-        best = likeliest(judge(evidence, search(evidence, tell)))
+    best = likeliest(judge(evidence, near.found))
+    there = bool(best.hypothesis.effects)  # what was held out may refute the first ones
+    if not there or not (near.enough or evidence.hurried):
+        found = with_near(search(evidence, tell), near.found)
+        best = likeliest(judge(evidence, found))
     return evidence, best
 
 
@@ -183,14 +185,16 @@ def not_unchanged(found: Diagnosis, change: str | None) -> Diagnosis:
 
 
 def likeliest(judgement: Judgement) -> Weighed:
-    """The likeliest hypothesis that rests on sizes that are there and shows on what was held out, a
-    rig alone unless something else is favoured strongly: every test has one, and both states have
-    it in common; the nuisance parameters alone where there is none."""
+    """The likeliest hypothesis that rests on sizes that are there (a rig's may be small: nothing is
+    claimed of it) and shows on what was held out, a rig alone unless something else is favoured
+    strongly: every test has one, and both states have it in common; the nuisance parameters alone
+    where there is none."""
     case: Case = judgement.case
     tried = [
         w
         for w in (*judgement.several, *judgement.singles)
-        if sound(w.hypothesis, case.evidence) and better(w, case.base, case)
+        if (only_a_rig(w.hypothesis) or sound(w.hypothesis, case.evidence))
+        and better(w, case.base, case)
     ]
     best = max(tried, key=lambda w: log_odds(w, case), default=case.base)
     rigs = [w for w in tried if only_a_rig(w.hypothesis)]

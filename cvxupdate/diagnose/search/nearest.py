@@ -2,34 +2,88 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
+
 from cvxupdate.diagnose.hypothesis import Hypothesis
-from cvxupdate.diagnose.search.classes import alike_everywhere
+from cvxupdate.diagnose.search.backward import merit
+from cvxupdate.diagnose.search.classes import alike_everywhere, lightened, on_a_rig
 from cvxupdate.diagnose.search.driven import settled, shaken
+from cvxupdate.diagnose.search.grown import carried
 from cvxupdate.diagnose.search.guided import brought_near
-from cvxupdate.diagnose.search.race import merged
+from cvxupdate.diagnose.search.race import merged, raced, tenable
 from cvxupdate.diagnose.search.search import Found, names_tried
-from cvxupdate.diagnose.settings import EXPLAINED, HOPELESS
-from cvxupdate.diagnose.types import Evidence, Progress
+from cvxupdate.diagnose.settings import EXPLAINED, HOPELESS, SEVERAL_LEVEL
+from cvxupdate.diagnose.types import Evidence, Progress, Seed
+from cvxupdate.errors import CvxupdateError
 from cvxupdate.physics.effect import MODES
 
 
-def nearest(evidence: Evidence, progress: Progress) -> Found | None:
+@dataclass(frozen=True)
+class Near:
+    """What was ``found``, and whether it is ``enough``: then nothing else is to be sought."""
+
+    found: Found
+    enough: bool
+
+
+def nearest(evidence: Evidence, progress: Progress) -> Near:
     """What brings a model that is far off to recordings of which nothing is to be claimed: the
-    first sets that explain them, whatever else would; None where none does."""
-    near = _brought_near(evidence, progress) if names_tried(evidence) else []
-    if not near or near[0].fit.misfit > EXPLAINED:
-        return None
+    first sets that explain them, or all modes in them, are enough, whatever else would."""
+    near, enough = _brought_near(evidence, progress) if names_tried(evidence) else ([], False)
     several = [h for h in near if len(h.effects) > 1]
-    several = merged(several, shaken(evidence, several, progress))
+    if enough:
+        several = merged(several, shaken(evidence, several, progress))
     singles = [h for h in near if len(h.effects) == 1]
-    return Found((), tuple(settled(evidence, singles)), tuple(settled(evidence, several)))
+    found = Found((), tuple(settled(evidence, singles)), tuple(settled(evidence, several)))
+    return Near(found, enough)
 
 
-def _brought_near(evidence: Evidence, progress: Progress) -> list[Hypothesis]:
-    """Tables of modes by what a rig does everywhere alone, where that leaves nothing; a model that
-    is far off from responses by its approach."""
+def with_near(found: Found, near: Found) -> Found:
+    """What a search found and what had brought the model nearer before."""
+    singles = merged(found.singles, near.singles)
+    return replace(
+        found, singles=tuple(singles), several=tuple(merged(found.several, near.several))
+    )
+
+
+def _brought_near(evidence: Evidence, progress: Progress) -> tuple[list[Hypothesis], bool]:
+    """Tables of modes by what a rig does everywhere; a model that is far off from responses by that
+    of the modes in them, and by its approach where that does not explain these. Best first, and
+    whether that is enough."""
     if evidence.told_by == MODES:
         found = alike_everywhere(evidence, progress)
-        return found if found and evidence.clear(found[0].fit) else []
-    far = evidence.bases[-1].misfit > HOPELESS * EXPLAINED
-    return brought_near(evidence, progress) if far else []
+        return found, bool(found) and evidence.clear(found[0].fit)
+    if evidence.bases[-1].misfit <= HOPELESS * EXPLAINED:
+        return [], False
+    told, sure = by_modes(evidence, progress)
+    if sure:
+        return told, True
+    found = merged(brought_near(evidence, progress), told)
+    return found, bool(found) and found[0].fit.misfit <= EXPLAINED
+
+
+def by_modes(evidence: Evidence, progress: Progress) -> tuple[list[Hypothesis], bool]:
+    """What a rig does everywhere by the modes in responses, on these responses with the rest of a
+    rig beside (sensors, the force channel, the shaker), which modes tell little of; and freed of
+    what is likelier without. Best first, nothing without modes; and whether it explains them."""
+    modes, approach = evidence.by_modes(), evidence.approach
+    if modes is None or approach is None:
+        return [], False
+    progress("seeking what a rig does by the modes in the responses")
+    told = [h for h in on_a_rig(modes, progress)[:1] if h.effects]
+    begun = [h for t in told if (h := carried(evidence, t)) is not None]
+    found = []
+    for h in begun:
+        whole = approach.rigged(h) or h
+        try:
+            for level in range(SEVERAL_LEVEL, evidence.levels):
+                setting = evidence.at_level(whole.fit.setting, level)
+                fit, _ = approach.taken(Seed(whole.effects, setting, whole.fit.p), "sharp")
+                whole = Hypothesis(whole.effects, fit)
+        except CvxupdateError:
+            continue
+        found += [whole] if tenable(evidence, whole) else []
+    sharp = raced(evidence, found, ((evidence.levels - 1, len(found)),), progress)
+    lighter = [x for h in sharp for x in lightened(evidence, h)]
+    ranked = sorted(merged(sharp, lighter), key=merit, reverse=True)
+    return ranked, bool(ranked) and modes.clear(told[0].fit)

@@ -99,14 +99,17 @@ def test_what_is_sought_stands_beside_the_rig(best):
 
 def test_a_model_is_brought_near_by_the_first_set_that_explains(evidence, best, monkeypatch):
     """Nothing is claimed of it, so no rivals of its members are sought."""
-    found = reference.nearest(evidence, quiet)
+    near = reference.nearest(evidence, quiet)
+    found = near.found
+    assert near.enough
     several = min(found.several, key=lambda h: h.penalised)
     known = {e.physics for e in best.effects}
     assert {e.physics for e in several.effects} == known and several.fit.misfit <= 1.0
     assert not found.scores and not found.entries
     assert all({e.physics for e in h.effects} <= known for h in (*found.several, *found.singles))
     monkeypatch.setattr(reference, "brought_near", lambda evidence, progress: [])
-    assert reference.nearest(evidence, quiet) is None, "where none does, all is sought"
+    monkeypatch.setattr(reference, "by_modes", lambda evidence, progress: ([], False))
+    assert not reference.nearest(evidence, quiet).enough, "where none does, all is sought"
 
 
 def test_what_does_nothing_in_a_set_is_dropped(evidence, best):
