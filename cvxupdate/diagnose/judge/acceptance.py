@@ -86,14 +86,17 @@ def beyond(error: float, noise: float) -> float:
 
 def shown(hold_out: float, before: float, nominal: float, noise: float) -> bool:
     """Whether a held-out error is no more than noise (where that is known), or half of the nominal
-    model's and either clearly below ``before`` or at the noise; true where nothing was held out
-    (NaN)."""
+    model's, noise apart, and either clearly below ``before`` or at the noise; true where nothing
+    was held out (NaN)."""
     if not np.isfinite(hold_out) or hold_out <= noise:
         return True
     floor = MET * noise if np.isfinite(noise) else 0.0
     lower = hold_out <= max(LOWER * before, floor)
     lower = lower or beyond(hold_out, noise) <= LOWER * beyond(before, noise)
-    return bool(hold_out <= HALVED * nominal and lower)
+    half = hold_out <= HALVED * nominal or beyond(hold_out, noise) <= HALVED * beyond(
+        nominal, noise
+    )
+    return bool(half and lower)
 
 
 def refuted(w: Weighed, case: Case) -> bool:
