@@ -17,7 +17,7 @@ import numpy as np
 from cvxupdate.diagnose.hypothesis import Hypothesis, only_a_rig
 from cvxupdate.diagnose.search.approach import Approach
 from cvxupdate.diagnose.search.backward import backward, freed
-from cvxupdate.diagnose.search.classes import on_a_rig, rigged
+from cvxupdate.diagnose.search.classes import at_once, rigged
 from cvxupdate.diagnose.search.race import merged, raced, tenable
 from cvxupdate.diagnose.settings import MOUNTS, SEVERAL_LEVEL
 from cvxupdate.diagnose.types import Evidence, Progress, Seed
@@ -35,13 +35,13 @@ def a_rig_alone(
     does little in it, before anything is sought beside the best of ``singles``: where a rig is all,
     everything else would be sought for nothing, and where time ends the search what imitates it
     would stand alone. Nothing where the best leaves no more than ``enough``. Tables of modes have
-    no approach, but one fit of all that a rig does everywhere, and what explains beside it."""
+    no approach, but one fit of all that a rig does everywhere, where that leaves nothing."""
     approach = evidence.approach
     if not singles or singles[0].penalised <= enough:
         return []
     if approach is None:
-        found = on_a_rig(evidence, progress) if evidence.told_by == MODES else []
-        return [h for h in found if len(h.effects) > 1]
+        found = at_once(evidence, progress) if evidence.told_by == MODES else []
+        return [h for h in found if len(h.effects) > 1 and evidence.clear(h.fit)]
     progress("seeking what a rig alone would explain")
     whole = _alone(evidence, approach)
     found = [] if whole is None else _lightened(evidence, whole, progress)

@@ -1,0 +1,161 @@
+"""What a rig does alike everywhere, all of it at once."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from cvxupdate.diagnose.gather import gathered
+from cvxupdate.diagnose.hypothesis import Hypothesis
+from cvxupdate.diagnose.search.backward import merit
+from cvxupdate.diagnose.search.classes import (
+    alike_everywhere,
+    at_once,
+    lightened,
+    of_classes,
+    on_a_rig,
+    rigged,
+    widest,
+)
+from cvxupdate.diagnose.search.nearest import nearest, with_near
+from cvxupdate.diagnose.search.search import Found
+from cvxupdate.fe.build import build_model
+from cvxupdate.fe.modes import model_modes
+from cvxupdate.spec import load_problem
+from cvxupdate.study import open_problem
+from tests.cases.elements import STEEL, chain, lines, toml
+from tests.cases.plain_evidence import effect, rig
+
+KZ, KR = 4.0e5, 900.0  # N/m, N·m/rad: of a bridge of 4.6 kg on three legs' ends
+AT = [(0.3 * i, 0.0, 0.0) for i in range(9)]
+BAR = {"shape": "rectangle", "width": 0.03, "height": 0.01}
+FEET = (1, 5, 9)
+
+
+def quiet(text: str) -> None:
+    """No progress."""
+
+
+def bridge(soft: bool, lump: float = 0.0):
+    """A beam that is held rigidly at both ends and in the middle; ``soft``: on springs there."""
+    m = lines("beam2d", AT, chain(8), ["y", "rz"], BAR, STEEL)
+    for b in m["elements"]:
+        for r in b["rows"]:
+            r["group"] = "bar"
+    if soft:
+        springs = [
+            {"id": 100 + 10 * i + j, "nodes": [n], "dof": dof, "k": k}
+            for i, n in enumerate(FEET)
+            for j, (dof, k) in enumerate((("y", KZ), ("rz", KR)))
+        ]
+        m["elements"].append({"type": "spring", "rows": springs})
+    else:
+        m["supports"] = [{"nodes": list(FEET), "dofs": ["y", "rz"]}]
+    if lump:
+        m["elements"].append({"type": "mass", "rows": [{"id": 90, "nodes": [7], "m": lump}]})
+    return m
+
+
+def problem(folder, lump: float = 0.0):
+    """The rigid one, with six modes of the soft one."""
+    real = folder / "real.toml"
+    real.write_text(f"model = {toml(bridge(True, lump))}\n", encoding="utf-8")
+    model = build_model(replace(load_problem(real), update=None))
+    modes, rng = model_modes(model, 6), np.random.default_rng(2)
+    channels = [f"n{n}.y" for n in range(1, 10)]
+    rows = modes.shapes[[model.place[c] for c in channels]].T
+    rows = rows / np.abs(rows).max(axis=1, keepdims=True)
+    rows = rows + 0.005 * rng.standard_normal(rows.shape)
+    f = modes.frequencies * (1.0 + 1e-3 * rng.standard_normal(6))
+    table = {
+        "kind": "modes",
+        "channels": [
+            {"node": n, "dof": "y", "quantity": "displacement", "column": n - 1}
+            for n in range(1, 10)
+        ],
+        "rows": [
+            {"frequency": float(x), "frequency_std": float(1e-3 * x), "shape": r.tolist()}
+            for x, r in zip(f, rows, strict=True)
+        ],
+    }
+    path = folder / "problem.toml"
+    path.write_text(
+        f"model = {toml(bridge(False))}\nrecordings = [{toml(table)}]\n", encoding="utf-8"
+    )
+    spec, model, recordings = open_problem(path)
+    return gathered(spec, model, recordings, quiet)
+
+
+@pytest.fixture(scope="module")
+def evidence(tmp_path_factory):
+    """Of the soft supports alone."""
+    return problem(tmp_path_factory.mktemp("classes"))
+
+
+@pytest.fixture(scope="module")
+def lumped(tmp_path_factory):
+    """With a lump besides."""
+    return problem(tmp_path_factory.mktemp("classes"), 1.0)
+
+
+def sizes(h: Hypothesis) -> dict[str | None, float]:
+    return {e.place.dof: v["k"] for e, v in zip(h.effects, h.values, strict=True) if "k" in v}
+
+
+def test_supports_that_give_way_in_all_directions_are_one_fit(evidence) -> None:
+    """From a tenth of the frequencies off to within noise; what is rigid goes out of the set."""
+    assert evidence.errors(evidence.bases[-1]).fit > 0.05
+    best = at_once(evidence, quiet)[0]
+    assert evidence.clear(best.fit)
+    assert {e.place.nodes for e in best.effects} == {FEET}
+    assert sizes(best)["y"] == pytest.approx(KZ, rel=0.05)
+    of = {e.place.dof: f for e, f in zip(best.effects, best.figures, strict=True)}
+    off = abs(of["rz"].values["k"] - KR)
+    assert off <= 2.5 * of["rz"].deviations["k"] and off < 0.3 * KR
+
+
+def test_a_reference_asks_for_nothing_more(evidence) -> None:
+    near = nearest(evidence, quiet)
+    assert near.enough
+    best = max((*near.found.singles, *near.found.several), key=merit)
+    assert set(sizes(best)) == {"y", "rz"}
+    assert alike_everywhere(evidence, quiet)[0].keys == best.keys
+    found = with_near(Found(), near.found)
+    assert {h.keys for h in found.several} == {h.keys for h in near.found.several}
+
+
+def test_what_stands_beside_a_rig_shows_beside_all_of_it(lumped) -> None:
+    """The supports alone do not explain; a lump beside them does, and no other place as well."""
+    assert not lumped.clear(at_once(lumped, quiet)[0].fit)
+    best = on_a_rig(lumped, quiet)[0]
+    assert lumped.clear(best.fit)
+    (own,) = [
+        (e.place.nodes, v["m"])
+        for e, v in zip(best.effects, best.values, strict=True)
+        if e.physics == "added_mass"
+    ]
+    assert own == ((7,), pytest.approx(1.0, rel=0.1))
+    assert sizes(best)["y"] == pytest.approx(KZ, rel=0.2)
+
+
+def test_a_set_is_freed_of_what_it_is_likelier_without(evidence) -> None:
+    best = at_once(evidence, quiet)[0]
+    whole = rigged(evidence, best)
+    if whole is not None:  # what was taken out came back, as yet of little size
+        again = lightened(evidence, whole)
+        assert not again or merit(again[-1]) >= merit(whole)
+    assert lightened(evidence, best) == []
+
+
+def test_the_widest_of_each_effect_and_direction() -> None:
+    def soft(*nodes: int, dof: str | None = "y"):
+        one = rig("grounding_spring", nodes=nodes, dof=dof)
+        return replace(one, action=replace(one.action, series=True))
+
+    all_feet, two, turned = soft(1, 5, 9), soft(1, 5), soft(1, dof="rz")
+    undirected, lump = soft(1, 5, 9, dof=None), effect("added_mass", nodes=(3,))
+    assert widest([two, all_feet, turned, undirected, lump]) == [all_feet, turned]
+    assert of_classes([two, turned, lump]) == [two]
+    assert of_classes([turned, lump]) == [turned]

@@ -1,0 +1,40 @@
+"""Cases of an eleventh hand (problems/strange/eleventh): tables of modes of structures whose rig
+gives in every direction, beside a reference."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from cvxupdate.study import diagnose
+
+ELEVENTH = Path(__file__).resolve().parents[2] / "problems" / "strange" / "eleventh"
+
+
+@pytest.mark.slow
+def test_a_joint_of_a_table_on_feet_that_give_in_every_direction() -> None:
+    """The time was over before the reference was met."""
+    (first,) = diagnose(ELEVENTH / "a02_table_frame_joint" / "problem.toml").findings
+    assert first.physics == "joint_flexibility" and first.confidence >= 0.5
+    assert (first.place.nodes, first.place.elements) == ((14,), (16,))
+
+
+@pytest.mark.slow
+def test_a_prop_under_a_frame_on_soil() -> None:
+    (first, *rest) = diagnose(ELEVENTH / "a09_frame_on_soil_prop" / "problem.toml").findings
+    assert (first.physics, first.place.nodes, first.place.dof) == ("grounding_spring", (17,), "z")
+    assert first.parameters["k"] == pytest.approx(8.0e6, rel=0.1) and not rest
+
+
+@pytest.mark.slow
+def test_close_modes_that_were_mixed_the_other_way_round_are_no_change() -> None:
+    found = diagnose(ELEVENTH / "a14_nothing_changed" / "problem.toml")
+    assert found.verdict == "consistent"
+
+
+@pytest.mark.slow
+def test_a_support_that_stands_elsewhere() -> None:
+    found = diagnose(ELEVENTH / "a16_prop_moved" / "problem.toml").findings
+    told = {(f.physics, f.place.nodes) for f in found}
+    assert told >= {("grounding_spring", (9,)), ("grounding_spring", (10,))}
