@@ -191,6 +191,13 @@ def test_contradictions_are_looked_for_within_a_state(tmp_path, lab, measure):
     ]
     assert LEVEL in {d.check for d in as_one}
     assert LEVEL not in {d.check for d in quality_doubts(states)}
+    twice = [replace(r, H=k * r.H) for r, k in ((sound, 1.0), (measure(lab(), 4, seed=5), 2.0))]
+    assert "gain" in {d.check for d in quality_doubts(twice)}
+    apart = [
+        replace(r, origin=replace(r.origin, state=s))
+        for r, s in zip(twice, ("reference", "today"), strict=True)
+    ]
+    assert "gain" not in {d.check for d in quality_doubts(apart)}
 
 
 def test_a_mass_that_is_taken_off_is_no_bar_that_grows_stiffer(tmp_path) -> None:

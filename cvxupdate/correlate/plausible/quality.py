@@ -39,8 +39,11 @@ def quality_doubts(recordings: Sequence[Recording]) -> tuple[Doubt, ...]:
         for f in check(r)
         if UNUSED not in f.channel
     ]
-    between = [f for f in compare(recordings) if f.check != LEVEL]
+    between = []
     # what changes with the level or from one state to another contradicts nothing
+    for state in dict.fromkeys(r.origin.state for r in recordings):
+        alike = [r for r in recordings if r.origin.state == state]
+        between += [f for f in compare(alike) if f.check != LEVEL]
     for level, state in dict.fromkeys((r.origin.level, r.origin.state) for r in recordings):
         alike = [r for r in recordings if (r.origin.level, r.origin.state) == (level, state)]
         between += [f for f in compare(alike) if f.check == LEVEL]

@@ -62,12 +62,6 @@ def modes_evidence(
     if reference is not None:
         tables = as_before(start, tables, reference[1])
         common = common_of(start, stated_tables(start, reference[1], mesh))
-    order = [
-        k
-        for fitted in (True, False)
-        for k, r in enumerate(spec.recordings)
-        if r.kind == "modes" and (r.use == "fit") == fitted
-    ]
 
     def evidence(tables: Sequence[ModeTable]) -> ModesEvidence:
         return ModesEvidence(
@@ -82,7 +76,7 @@ def modes_evidence(
             sought.damping,
             held_dofs(spec, model),
             release_from(spec, fine),
-            tuple(order),
+            _order(spec),
             progress,
             None if reference is None else reference[0],
             budget,
@@ -98,6 +92,16 @@ def modes_evidence(
     if whole.tables.told:
         return whole
     return _known(evidence, whole, tables, None if reference is None else reference[1])
+
+
+def _order(spec: Spec) -> tuple[int, ...]:
+    """The places of tables in the file, those to fit first."""
+    return tuple(
+        k
+        for fitted in (True, False)
+        for k, r in enumerate(spec.recordings)
+        if r.kind == "modes" and (r.use == "fit") == fitted
+    )
 
 
 def _known(
