@@ -12,6 +12,9 @@ from cvxupdate.recordings.types import ModeTable
 from cvxupdate.residual.modal import ModalPoint
 from cvxupdate.residual.pairing import Start
 from cvxupdate.residual.repeated import clusters
+from cvxupdate.residual.shape_rows import channel_rows, real_shapes
+
+ALIKE = 0.05  # of MAC: as much as noise and a few sensors make
 
 
 def another_pairing(point: ModalPoint) -> Start | None:
@@ -63,7 +66,8 @@ def nearest_pairing(point: ModalPoint) -> ModalPoint:
     """The same model with every fitted mode paired anew, by least weighted squares of eigenvalues
     and shape entries: modes that a gross effect mixes are not told by following the model's own.
 
-    Modes that are only scored go with a fitted one that they shared, else stay where none else is.
+    Modes that are only scored go with a fitted one that they shared; where fitted ones changed,
+    another that looks as they do may be nearer, which an effect brought among them.
     """
     fit, modes, places = point.residual.fit, point.modes, [q.copy() for q in point.places]
     shapes: dict[tuple[int, int], Real] = {}
@@ -80,13 +84,38 @@ def nearest_pairing(point: ModalPoint) -> ModalPoint:
             went[int(places[k][who[int(x)]])] = int(a)
             places[k][who[int(x)]] = a
     taken = set(went.values())
-    for k in range(len(fit), len(places)):
-        places[k] = np.array([_moved(int(at), went, taken) for at in places[k]], dtype=np.int64)
+    changed = any(a != at for at, a in went.items())
+    for k, table in enumerate(point.residual.hold_out, len(fit)):
+        moved = [_moved(int(at), went, taken) for at in places[k]]
+        for i, (at, now) in enumerate(zip(places[k].tolist(), moved, strict=True)):
+            if changed and now >= 0 and at not in went:
+                moved[i] = _nearest(point, table, i, now, taken)
+        places[k] = np.array(moved, dtype=np.int64)
     return replace(point, places=tuple(places))
 
 
 def _moved(at: int, went: dict[int, int], taken: set[int]) -> int:
     return went.get(at, -1 if at in taken else at)
+
+
+def _nearest(point: ModalPoint, table: ModeTable, i: int, at: int, taken: set[int]) -> int:
+    """Of the modes that none has, the nearest in frequency that looks like a measured one at least
+    as much as the one ``at`` which it is, to within `ALIKE`; itself where it has no shape."""
+    x = np.full(0, np.nan) if table.shapes is None else real_shapes(table.shapes[i : i + 1])[0]
+    rows = channel_rows(table, point.residual.model) if len(x) else np.zeros(0, dtype=np.int64)
+    on = np.isfinite(x) & (rows >= 0)
+    if on.sum() < 2:
+        return at
+    phi, x = point.modes.shapes[rows[on]], x[on]
+    size = np.maximum(np.sum(phi**2, axis=0) * float(x @ x), np.finfo(float).tiny)
+    likeness = (x @ phi) ** 2 / size
+    free = [
+        m
+        for m in range(point.modes.rigid, len(likeness))
+        if m not in taken and likeness[m] >= likeness[at] - ALIKE
+    ]
+    f = point.modes.frequencies
+    return min(free, key=lambda m: abs(float(f[m]) - float(table.frequency[i])), default=at)
 
 
 def shape_distances(phi: Real, x: Real, std: Real) -> Real:

@@ -19,6 +19,11 @@ SENSORS = (3, 6, 9, 12)
 @pytest.fixture
 def point(tmp_path):
     """Four modes of a cantilever beside themselves, to fit, and the second of them again."""
+    return compared(tmp_path, [0, 1, 2, 3], [1])
+
+
+def compared(tmp_path, fit: list[int], hold: list[int]):
+    """Modes of a cantilever beside themselves, to fit and held out."""
     _, model = load(tmp_path, text())
     modes = model_modes(model, 4)
     f, shapes = modes.frequencies[:4], modes.shapes[[model.place[f"n{n}.z"] for n in SENSORS], :4].T
@@ -39,7 +44,7 @@ def point(tmp_path):
             np.zeros(len(which), dtype=np.int64),
         )
 
-    residual = modal_residual(model, [table("fit", [0, 1, 2, 3])], [table("hold-out", [1])], True)
+    residual = modal_residual(model, [table("fit", fit)], [table("hold-out", hold)], True)
     return residual.evaluate(model.zero())
 
 
@@ -50,6 +55,17 @@ def test_modes_that_were_exchanged_are_put_right(point) -> None:
     assert not np.array_equal(wrong.places[0], right[0])
     found = nearest_pairing(wrong)
     assert all(np.array_equal(a, b) for a, b in zip(found.places, right, strict=True))
+
+
+def test_a_mode_that_is_only_scored_is_found_where_fitted_ones_changed(tmp_path) -> None:
+    """An effect that brought a mode among them shifts the numbers of all above."""
+    point = compared(tmp_path, [0, 1, 2], [3])
+    right = point.places
+    shifted = replace(point, places=(right[0][[0, 2, 1]], right[1] + 1))
+    found = nearest_pairing(shifted)
+    assert all(np.array_equal(a, b) for a, b in zip(found.places, right, strict=True))
+    alone = replace(point, places=(right[0], right[1] + 1))
+    assert np.array_equal(nearest_pairing(alone).places[1], right[1] + 1)
 
 
 def test_a_right_pairing_stays(point) -> None:
