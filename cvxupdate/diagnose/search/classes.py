@@ -59,9 +59,10 @@ def on_a_rig(evidence: Evidence, progress: Progress) -> list[Hypothesis]:
     return sorted(merged(found, near, lighter), key=merit, reverse=True)
 
 
-def at_once(evidence: Evidence, progress: Progress) -> list[Hypothesis]:
+def at_once(evidence: Evidence, progress: Progress, again: bool = True) -> list[Hypothesis]:
     """All that a rig does everywhere, with and without the joints, which stand for much, freed of
-    what the evidence is better without; likeliest first. Nothing where a rig has no part."""
+    what the evidence is better without (``again``: fitted without each of its parts, where it does
+    not explain); likeliest first. Nothing where a rig has no part."""
     progress("fitting all that a rig does everywhere at once")
     bare = Hypothesis((), evidence.bases[-1])
     every = widest(evidence.candidates(evidence.model))
@@ -73,17 +74,9 @@ def at_once(evidence: Evidence, progress: Progress) -> list[Hypothesis]:
         return []
     tried = [*found, *lightened(evidence, found[0])]
     best = max(tried, key=merit)
-    if not evidence.clear(best.fit) and len(best.effects) > 1:
+    if again and not evidence.clear(best.fit) and len(best.effects) > 1:
         tried += backward(evidence, best, progress)[1]
     return sorted(merged(tried), key=merit, reverse=True)
-
-
-def rigged(evidence: Evidence, parent: Hypothesis) -> Hypothesis | None:
-    """A parent with all that a rig does everywhere, as yet of little size; None where it has it."""
-    model = parent.fit.setting.model
-    every = widest([e for e in evidence.candidates(model) if e.key not in parent.keys])
-    whole = together(evidence, parent, every, BEGUN)
-    return None if whole is parent else whole
 
 
 def lightened(evidence: Evidence, whole: Hypothesis) -> list[Hypothesis]:

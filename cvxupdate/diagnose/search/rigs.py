@@ -17,7 +17,7 @@ import numpy as np
 from cvxupdate.diagnose.hypothesis import Hypothesis, only_a_rig
 from cvxupdate.diagnose.search.approach import Approach
 from cvxupdate.diagnose.search.backward import backward, freed
-from cvxupdate.diagnose.search.classes import at_once, rigged
+from cvxupdate.diagnose.search.classes import at_once
 from cvxupdate.diagnose.search.race import merged, raced, tenable
 from cvxupdate.diagnose.settings import MOUNTS, SEVERAL_LEVEL
 from cvxupdate.diagnose.types import Evidence, Progress, Seed
@@ -40,7 +40,7 @@ def a_rig_alone(
     if not singles or singles[0].penalised <= enough:
         return []
     if approach is None:
-        found = at_once(evidence, progress) if evidence.told_by == MODES else []
+        found = at_once(evidence, progress, False) if evidence.told_by == MODES else []
         return [h for h in found if len(h.effects) > 1 and evidence.clear(h.fit)]
     progress("seeking what a rig alone would explain")
     whole = _alone(evidence, approach)
@@ -57,10 +57,9 @@ def beside_a_rig(
     """The best of the sets with all that a rig does beside it, and all that a rig does where that
     was not tried before (``alone``): both freed of what the evidence is better without (all that
     was tried, sharpened). Nothing where one effect is enough, where the best set (``sets``: best
-    first) has nothing but a rig or is a part of what was tried."""
+    first) has nothing but a rig or is a part of what was tried, or without an approach."""
     approach, best = evidence.approach, [h for h in sets if len(h.effects) > 1][:1]
-    by_modes = evidence.told_by == MODES
-    if not (approach or by_modes) or not best or only_a_rig(best[0]):
+    if approach is None or not best or only_a_rig(best[0]):
         return []
     if any(best[0].keys <= h.keys for h in alone):
         return []
@@ -68,10 +67,7 @@ def beside_a_rig(
         evidence.leave(RIGS)
         return []
     progress("seeking what a rig does beside the best set")
-    if approach is None:
-        whole = [rigged(evidence, best[0])]
-    else:
-        whole = [None if alone else _alone(evidence, approach), approach.rigged(best[0])]
+    whole = [None if alone else _alone(evidence, approach), approach.rigged(best[0])]
     out: list[Hypothesis] = []
     for h in whole:
         if h is None or evidence.hurried:
