@@ -173,7 +173,7 @@ def _divided(spec: Spec, file: Model, fitted: Sequence[Recording], top: float) -
             errors = _error(file, fitted), _error(now[1], fitted)
             of = "frequencies" if isinstance(fitted[0], ModeTable) else "responses"
             told = Discretisation(parts, _lumped(spec), shift, left, errors, of=of)
-            return Coarse(now[0], now[1], now[2], file, told)
+            return Coarse(*now, file, told)
         finer = best
     return None
 

@@ -70,19 +70,19 @@ def by_modes(evidence: Evidence, progress: Progress) -> tuple[list[Hypothesis], 
     if modes is None or approach is None:
         return [], False
     progress("seeking what a rig does by the modes in the responses")
-    told = [h for h in on_a_rig(modes, progress)[:1] if h.effects]
-    begun = [h for t in told if (h := carried(evidence, t)) is not None]
-    found = []
-    for h in begun:
-        whole = approach.rigged(h) or h
-        try:
-            for level in range(SEVERAL_LEVEL, evidence.levels):
-                setting = evidence.at_level(whole.fit.setting, level)
-                fit, _ = approach.taken(Seed(whole.effects, setting, whole.fit.p), "sharp")
-                whole = Hypothesis(whole.effects, fit)
-        except CvxupdateError:
-            continue
-        found += [whole] if tenable(evidence, whole) else []
+    told = on_a_rig(modes, progress)
+    here = carried(evidence, told[0]) if told else None
+    if here is None:
+        return [], False
+    whole = approach.rigged(here) or here
+    try:
+        for level in range(SEVERAL_LEVEL, evidence.levels):
+            setting = evidence.at_level(whole.fit.setting, level)
+            fit, _ = approach.taken(Seed(whole.effects, setting, whole.fit.p), "sharp")
+            whole = Hypothesis(whole.effects, fit)
+    except CvxupdateError:
+        return [], False
+    found = [whole] if tenable(evidence, whole) else []
     sharp = raced(evidence, found, ((evidence.levels - 1, len(found)),), progress)
     lighter = [x for h in sharp for x in lightened(evidence, h)]
     ranked = sorted(merged(sharp, lighter), key=merit, reverse=True)
