@@ -28,6 +28,7 @@ bench: $(VENV)/.test
 
 proof: $(VENV)/.test
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m validation.proof
+	$(BIN)/python -m pytest -n auto --dist worksteal -m proof
 
 # Interrupt it and start it again: finished cases are kept. ARGS="--seed 0 --count 60 --cases" develops.
 calibrate: $(VENV)/.test

@@ -44,6 +44,24 @@ def pytest_collection() -> Iterator[None]:
         gc.freeze()
 
 
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Long ones first: a worker that began one last would be waited for."""
+    items.sort(key=lambda item: item.get_closest_marker("slow") is None)
+
+
+@pytest.fixture(autouse=True, scope="session")
+def _no_hurry() -> Iterator[None]:
+    """What is found is asked here, not how fast this machine is: four times what a diagnosis may
+    take, so that a slow one decides as a quick one does."""
+    from cvxupdate.diagnose import budget
+    from cvxupdate.diagnose.search import guided
+
+    with pytest.MonkeyPatch.context() as patch:
+        for module, name in ((budget, "BUDGET"), (budget, "WALL"), (guided, "BUDGET")):
+            patch.setattr(module, name, 4.0 * getattr(module, name))
+        yield
+
+
 @pytest.fixture
 def data_folder() -> Path:
     """The folder CVXUPDATE_DATA with the real recordings; a test that needs it is skipped by name

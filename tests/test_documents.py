@@ -73,6 +73,7 @@ def check_commands(text: str, monkeypatch, capsys) -> None:
 
 
 @pytest.mark.parametrize("page", TUTORIALS, ids=lambda p: p.stem)
+@pytest.mark.slow
 def test_a_tutorial_runs_as_it_is_written(page, tmp_path, monkeypatch, capsys):
     files = page.parent / "files" / page.stem
     folder = tmp_path / "mine"

@@ -93,6 +93,7 @@ def test_every_command_has_an_example():
 
 
 @pytest.mark.parametrize("name", CHECKS)
+@pytest.mark.slow
 def test_finds_what_it_says_and_leaves_a_figure(name, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     out = tmp_path / "results"
@@ -103,6 +104,7 @@ def test_finds_what_it_says_and_leaves_a_figure(name, tmp_path, monkeypatch, cap
     assert not (tmp_path / "out").exists(), "the folder given was not honoured"
 
 
+@pytest.mark.slow
 def test_as_a_script(tmp_path):
     done = subprocess.run(
         [sys.executable, str(ROOT / "examples" / "plan_a_test.py"), "here"],

@@ -88,6 +88,7 @@ CORE = [
 """The equations of chapters 2 to 6 that are methods of their own; the others lead up to them."""
 
 
+@pytest.mark.slow
 def test_the_page_is_that_of_the_package() -> None:
     assert PAGE.read_text(encoding="utf-8") == page(), "run python -m docs.methods"
 

@@ -87,6 +87,7 @@ def test_examples_are_the_same_whatever_was_loaded(
     assert drawn() == first and len(set(first)) > 100
 
 
+@pytest.mark.slow
 def test_the_wheel_works_by_itself(tmp_path: Path) -> None:
     """Built, put into an environment that has nothing but the dependencies, and used there, far
     from the checkout: templates and commands are in it."""

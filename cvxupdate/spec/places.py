@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 
 from cvxupdate.errors import Fault
@@ -38,6 +38,22 @@ class Places:
                 else step,
             )
         return replace(complaint, loc=out)
+
+    def sought(self, found: Iterable[Complaint]) -> list[Complaint]:
+        """What a check found, with the indices of the file: what rows have from their block once,
+        at the block; nothing of shapes whose channels were pruned, for they are counted."""
+        out: dict[tuple[Loc, str] | int, Complaint] = {}
+        for complaint in map(self.original, found):
+            block, key = complaint.loc[:3], str(complaint.loc[-1])
+            if complaint.loc[2:3] == ("rows",) and (*complaint.loc[:2], "channels") in self.kept:
+                continue
+            rows = self.prepared.inherited.get(block, {}).get(key, frozenset())
+            if complaint.loc[3:4] == ("rows",) and complaint.loc[4] in rows:
+                said = replace(complaint, loc=(*block, key))
+                out.setdefault((said.loc, said.remedy), said)
+            else:
+                out[len(out)] = complaint
+        return list(out.values())
 
     def fault(self, complaint: Complaint) -> Fault:
         """File and key in words."""

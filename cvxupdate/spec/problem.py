@@ -118,7 +118,7 @@ def _parsed(raw: dict[str, Any], path: Path) -> tuple[tuple[Fault, ...], Spec | 
         case = Case(spec, frozenset(prepared.damaged))
         for check in CHECKS:
             if not set(check.needs) & prepared.damaged:
-                complaints += [places.original(c) for c in check(case)]
+                complaints += places.sought(check(case))
     faults = gather(complaints, places)
     return faults, None if faults else spec
 

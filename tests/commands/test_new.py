@@ -44,6 +44,7 @@ def test_the_soft_foot_that_is_made_is_found(made):
     assert finding.parameters["k"] == pytest.approx(6.0e4, rel=0.1)
 
 
+@pytest.mark.slow
 def test_the_lump_on_the_plate_is_found_though_its_recordings_know_no_mesh(made):
     """They come from a finer mesh: of the model's own the mass would be 0.265 kg."""
     (finding,) = diagnose(made / "plate/problem.toml").findings

@@ -71,6 +71,7 @@ def history():
     return TimeHistory(Origin("ring", "scipy"), RATE, channels, data, (1.0, 15.0))
 
 
+@pytest.mark.slow
 def test_the_right_law_has_no_error_and_the_linear_model_has(history):
     linear = response_errors(chain(), [history])["fit"]["response_error"]
     right = response_errors(chain(HARDENING), [history])["fit"]["response_error"]

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from cvxupdate.diagnose import budget
 from cvxupdate.diagnose.budget import Budget
 from cvxupdate.diagnose.gather import gathered
 from cvxupdate.diagnose.pipeline import diagnosed
@@ -15,6 +16,13 @@ from cvxupdate.diagnose.settings import BUDGET, CUT_SHORT, SHARED, WALL
 from cvxupdate.fe.modes import model_modes
 from cvxupdate.recordings.load import load_recordings
 from tests.cases.cantilever import load, rows_of, text
+
+
+@pytest.fixture(autouse=True)
+def usual(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The time that users have, not that of tests."""
+    monkeypatch.setattr(budget, "BUDGET", BUDGET)
+    monkeypatch.setattr(budget, "WALL", WALL)
 
 
 def test_time_by_the_clock_counts_as_well() -> None:

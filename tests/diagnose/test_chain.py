@@ -152,6 +152,7 @@ def test_files_hold_no_nan_and_the_contract_s_keys(chain, lump):
     )
 
 
+@pytest.mark.slow
 def test_two_effects_are_both_found(chain, lab, measure):
     found = diagnose(chain, *measured(measure, lab(m=(0, 0.25, 0, 0), c=(0, 0, 0, 6.0))))
     assert [(f.physics, f.place.nodes) for f in found.findings] == [
@@ -171,6 +172,7 @@ def test_two_effects_are_both_found(chain, lab, measure):
         ({"m": (0, 0, 0.2, 0.3)}, {("added_mass", (3,)): 0.2, ("added_mass", (4,)): 0.3}),
     ],
 )
+@pytest.mark.slow
 def test_two_lumps_are_both_found(chain, lab, measure, changes, found_at):
     """The best single lump is at neither place, or takes the other's share: only the search over
     pairs with exchange finds them."""
@@ -194,6 +196,7 @@ def test_a_calibrated_model_scatters_less(chain):
     assert scales[1] == pytest.approx(0.1 * scales[0])
 
 
+@pytest.mark.slow
 def test_three_things_at_once_are_told_apart(chain, lab, measure):
     """A lump, a softer spring and a sensor that reads too much: no one or two of them explain."""
     gain = (1.0, 1.0, 1.0, 1.2)

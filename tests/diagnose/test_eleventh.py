@@ -33,7 +33,7 @@ def test_close_modes_that_were_mixed_the_other_way_round_are_no_change() -> None
     assert found.verdict == "consistent"
 
 
-@pytest.mark.slow
+@pytest.mark.proof
 def test_a_support_that_stands_elsewhere() -> None:
     found = diagnose(ELEVENTH / "a16_prop_moved" / "problem.toml").findings
     told = {(f.physics, f.place.nodes) for f in found}

@@ -6,6 +6,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from cvxupdate.diagnose import diagnose_problem
 from cvxupdate.fe.build import build_model
@@ -99,6 +100,7 @@ def test_one_sensor_and_one_mode_do_not_tell_a_mass_from_a_spring(chain, lab):
     assert all(f.confidence < 0.5 or f.equivalent for f in found.findings)
 
 
+@pytest.mark.slow
 def test_a_tie_across_the_structure_is_no_effect(chain, lab, k=2.0e4):
     """A spring from floor 1 to floor 4, which are no neighbours: nothing sure may be said of any
     one place."""
@@ -124,6 +126,7 @@ def test_a_tie_across_the_structure_is_no_effect(chain, lab, k=2.0e4):
     ]
 
 
+@pytest.mark.slow
 def test_an_effect_is_not_had_for_leading_out_of_a_wrong_valley(tmp_path):
     """A bar whose nuisance parameters, fitted alone, end far from the recordings (40 % left, noise
     2 %): beside a spring that holds as if rigid they do not, and alone from there neither."""

@@ -99,6 +99,7 @@ def test_the_mass_that_went_is_the_one_next_to_the_clamp(tmp_path):
 
 
 @needs("beam-six-masses-frf")
+@pytest.mark.slow
 def test_beside_the_healthy_state_it_is_named_among_all_that_may_be(tmp_path):
     """Nothing calibrated: two of seventy layouts, all words."""
     from cvxupdate.study import diagnose

@@ -43,6 +43,7 @@ def test_the_frame_as_drawn_is_consistent(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("k", [5e2])
+@pytest.mark.slow
 def test_joints_that_are_all_alike_have_one_number(tmp_path: Path, k: float) -> None:
     found = diagnose(table(tmp_path, with_joints(frame(), k), frame(), 10))
     first = sized(found, "k", k)
@@ -52,6 +53,7 @@ def test_joints_that_are_all_alike_have_one_number(tmp_path: Path, k: float) -> 
 
 
 @pytest.mark.parametrize("k", [5e3])
+@pytest.mark.slow
 def test_feet_that_are_all_alike_have_one_number(tmp_path: Path, k: float) -> None:
     found = diagnose(table(tmp_path, freed(frame(), FEET, "ry", k), frame(), 10))
     first = sized(found, "k", k)
@@ -71,6 +73,7 @@ def test_the_cords_of_a_free_bar_are_found_together(
     assert "hangs on 2 cords" in first.says
 
 
+@pytest.mark.slow
 def test_the_fixture_under_all_feet_is_found_with_its_mass(tmp_path: Path) -> None:
     sensors = [(2, "x"), (7, "x"), (4, "x"), (13, "x"), (24, "z"), (28, "z")]
     drives, lines = [(7, "x"), (24, "z")], np.arange(5.0, 220.0, 1.0)
@@ -105,6 +108,7 @@ def test_a_force_channel_that_reads_low_is_the_measurement(
 
 
 @pytest.mark.parametrize("each", [1, 2])
+@pytest.mark.slow
 def test_an_accelerometer_for_all_directions_of_a_node_or_for_each(
     tmp_path: Path, each: int
 ) -> None:

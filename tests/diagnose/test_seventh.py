@@ -11,6 +11,7 @@ from cvxupdate.study import diagnose
 CASES = Path(__file__).resolve().parents[2] / "problems" / "strange" / "seventh"
 
 
+@pytest.mark.proof
 def test_a_snubber_is_told_by_what_it_turns_in_the_shapes() -> None:
     """Light resonances and sensors 4 mm beside their nodes: the responses alone left too much, and
     the modes are explained by the usual scatter."""
@@ -21,7 +22,7 @@ def test_a_snubber_is_told_by_what_it_turns_in_the_shapes() -> None:
     assert any("imaginary parts of the shapes" in line for line in found.evidence)
 
 
-@pytest.mark.slow
+@pytest.mark.proof
 def test_a_friction_brace_hangs_between_two_floors() -> None:
     """On a shaking table; the floors' other corners are not told from these."""
     found = diagnose(CASES / "x17_shelf_brace" / "problem.toml")
@@ -32,7 +33,7 @@ def test_a_friction_brace_hangs_between_two_floors() -> None:
     assert first.parameters["force"] == pytest.approx(12.0, rel=0.05)
 
 
-@pytest.mark.slow
+@pytest.mark.proof
 def test_a_table_beside_responses_tells_what_the_fitted_drive_does_not_move() -> None:
     found = diagnose(CASES / "x22_loose_post" / "problem.toml")
     feet = {f.place.dof: f.parameters["k"] for f in found.findings}

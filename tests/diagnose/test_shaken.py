@@ -53,6 +53,7 @@ references = [{{ node = 1, dof = "x", quantity = "acceleration" }}]
     return path
 
 
+@pytest.mark.slow
 def test_a_softer_storey_is_found_on_a_shaking_table(tmp_path: Path) -> None:
     path, out = shaken(tmp_path, 0.7), tmp_path / "out"
     ran = CliRunner().invoke(app, ["diagnose", str(path), "--out", str(out)])

@@ -19,6 +19,7 @@ def test_a_mode_that_a_shear_chain_cannot_have_is_left_out() -> None:
     assert "mode at 3.91 Hz was left out: its shape is that of no further mode" in found.says
 
 
+@pytest.mark.proof
 def test_backlash_of_a_drive_is_found() -> None:
     """A torsion chain: laws about an axis, where springs are."""
     found = diagnose(CASES / "w21_drive_backlash" / "problem.toml")
@@ -29,6 +30,7 @@ def test_backlash_of_a_drive_is_found() -> None:
     assert "rad, in either direction" in found.says and "N·m/rad" in found.says
 
 
+@pytest.mark.slow
 def test_an_edge_that_is_riveted_is_found() -> None:
     """A sheet hinged on all sides in the model, coarse; what is held out has no shapes, and is
     found again by frequency: two modes stand 1.2 and 1.8 % to either side of one of them."""

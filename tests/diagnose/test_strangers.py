@@ -27,6 +27,7 @@ def said(folder: str, name: str = "problem"):
 
 
 @pytest.mark.parametrize("folder", FOOT)
+@pytest.mark.slow
 def test_the_foot_that_turns_is_found_and_no_other(folder):
     found = said(folder)
     assert found.verdict == "missing_physics"
@@ -50,6 +51,7 @@ def test_what_was_done_to_the_cantilever_is_found(name, physics, node, figure, v
     assert first.parameters[figure] == pytest.approx(value, rel=0.1)
 
 
+@pytest.mark.slow
 def test_a_portal_of_another_theory_has_no_more_than_a_foot_that_turns():
     """Responses by a program without rotary inertia: "elements 21 to 23 3.7 % lighter" (0.99)."""
     (first,) = said("portal_frf").findings
@@ -57,6 +59,7 @@ def test_a_portal_of_another_theory_has_no_more_than_a_foot_that_turns():
     assert first.parameters["k"] == pytest.approx(60e3, rel=0.02)
 
 
+@pytest.mark.slow
 def test_one_whole_matrix_has_no_parts_to_tell():
     """Four effects with seven unknowns reproduced its three modes (0.99)."""
     found = said("threedof", "full")

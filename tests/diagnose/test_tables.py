@@ -197,6 +197,7 @@ def test_a_hidden_oscillator_is_told_by_the_mode_that_it_brings(tmp_path):
 
 
 @pytest.mark.parametrize("k", [2e6, 1e9])
+@pytest.mark.slow
 def test_two_frequencies_place_a_support_among_neighbours(tmp_path, k):
     """Of a mesh that is finer than they tell: the effect is sure, its very node is not, nor is the
     stiffness of one that is as good as rigid."""

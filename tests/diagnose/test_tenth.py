@@ -27,6 +27,7 @@ def test_a_strong_damper_on_a_floor_that_moves_as_one() -> None:
     assert "which of them is hardly told" in first.says
 
 
+@pytest.mark.proof
 def test_a_brace_that_is_not_there() -> None:
     (first,) = diagnose(STRANGE / "tenth" / "a06_missing_brace" / "problem.toml").findings
     assert first.physics == "stiffness_change" and first.place.elements == (24, 25, 26)

@@ -90,7 +90,7 @@ def test_an_added_mass_and_a_gap(tmp_path: Path) -> None:
     assert diagnose(again).verdict == "consistent", "its own law foretells what the level changes"
 
 
-@pytest.mark.slow
+@pytest.mark.proof
 def test_a_loose_spring_and_friction(tmp_path: Path) -> None:
     path, truth, number = written(tmp_path, "dry_friction")
     found = {f.physics: f for f in diagnose(path).findings}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from cvxupdate.diagnose import diagnose_problem
 from cvxupdate.fe.modes import model_modes
@@ -119,6 +120,7 @@ def test_stiffness_and_mass_go_together(tmp_path) -> None:
     )
 
 
+@pytest.mark.slow
 def test_a_missing_brace_is_named(tmp_path) -> None:
     tail = measured(tmp_path, without=((0, 11),))
     spec, model = load(tmp_path, frame(6, tail=tail))

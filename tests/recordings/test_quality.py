@@ -14,7 +14,7 @@ from scipy import linalg, signal, stats
 
 from cvxupdate.recordings.quality import ALPHA, check, compare, compare_series, samples
 from cvxupdate.recordings.read.variance import variance_of_frf
-from cvxupdate.recordings.types import Channel, FrequencyResponse, Origin, TimeHistory
+from cvxupdate.recordings.types import Channel, FrequencyResponse, Origin, Real, TimeHistory
 
 HAVE = bool(os.environ.get("CVXUPDATE_DATA")) and Path(os.environ["CVXUPDATE_DATA"]).is_dir()
 RATE = 200.0
@@ -34,11 +34,12 @@ def chain(
     level: float = 1.0,
     cubic: float = 0.0,
     bits: int = 0,
+    push: Real | None = None,
 ) -> TimeHistory:
-    """Four masses under white force on one of them: accelerations with 1 % noise, optionally a
-    hardening spring and a converter."""
+    """Four masses under white force, or ``push``, on one of them: accelerations with 1 % noise,
+    optionally a hardening spring and a converter."""
     rng = np.random.default_rng(seed)
-    u = level * rng.normal(size=samples_)
+    u = level * (rng.normal(size=samples_) if push is None else push)
     B = np.zeros(4)
     B[force] = 1.0
     dt, inv = 1.0 / RATE, np.linalg.inv(M)
@@ -276,6 +277,19 @@ def test_a_level_that_changes_the_frf_is_reported_and_a_linear_one_is_not() -> N
     assert all("level 64 to 1" in f.says or "level 1 to 64" in f.says for f in findings)
     for seed in range(10, 16):
         assert compare([chain(seed, 3, 16384), chain(seed + 100, 3, 16384, level=64.0)]) == ()
+
+
+def test_a_fast_sweep_up_and_one_down_are_of_one_structure() -> None:
+    """Each passes a resonance within a block of averages, which took them for two structures; one
+    spring that hardens is told from them."""
+    t = np.arange(2048) / RATE
+    push = np.where(t < 8.0, signal.chirp(np.minimum(t, 8.0), 1.0, 8.0, 60.0), 0.0)
+    back = np.where(t < 8.0, signal.chirp(np.minimum(t, 8.0), 60.0, 8.0, 1.0), 0.0)
+    for force in range(4):
+        up, down = (chain(k, force, 2048, push=x) for k, x in ((1, push), (2, back)))
+        assert compare([up, down]) == ()
+    loud = chain(3, 3, 2048, level=64.0, cubic=CUBIC, push=push)
+    assert {f.check for f in compare([up, loud])} == {"level dependence"}
 
 
 def test_a_force_channel_out_of_line_is_reported_with_its_factor() -> None:

@@ -221,6 +221,7 @@ def test_imposed_motion_is_the_force_of_its_spring(lab):
     ],
     ids=["cubic", "contact", "jenkins", "bouc-wen", "quadratic damping"],
 )
+@pytest.mark.slow
 def test_sensitivities_are_differences(lab, law, wanted):
     times = TIMES[:400]
     p = push(times)[:, None]

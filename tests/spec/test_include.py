@@ -172,7 +172,7 @@ def test_paths_of_an_included_matrix_are_relative_to_its_file(tmp_path: Path) ->
         (
             'material = "steel"',
             'material = "steal"',
-            "model.elements[0].rows[0].material",
+            "model.elements[0].material",
             ("'steel'",),
         ),
         ("nodes = [2, 3]", "nodes = [2, 9]", "model.elements[0].rows[1].nodes", ("9",)),

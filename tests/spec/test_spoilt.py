@@ -494,7 +494,7 @@ SPOILT = [
         "rectangle with a shear coefficient",
         "thickness = 0.002",
         "thickness = 0.002\nkappa = 0.83",
-        "model.elements[1].rows[0].section",
+        "model.elements[1].section",
         "plate 11 does not deform in shear",
         'type = "shell"',
     ),
@@ -871,6 +871,22 @@ def test_keys_are_those_of_the_file_when_earlier_rows_are_broken(spoil: Spoil) -
 def test_a_fault_of_a_block_is_said_once_for_all_its_rows(spoil: Spoil) -> None:
     path = spoil(("k = 1.5e4", 'k = "soft"'))
     assert [f.key for f in check_problem(path)] == ["model.elements[2].k"]
+
+
+def test_a_section_that_no_one_has_is_said_at_the_block_that_names_it(spoil: Spoil) -> None:
+    path = spoil(('section = "bar"\n', 'section = "bra"\n'))
+    (fault,) = check_problem(path)
+    assert fault.key == "model.elements[0].section" and "'bar'" in fault.remedy
+
+
+def test_a_misspelt_channel_takes_no_entry_from_the_shapes(spoil: Spoil) -> None:
+    path = spoil(
+        (
+            'column = 0, quantity = "displacement", node = 2',
+            'column = 0, quantity = "displ", node = 2',
+        )
+    )
+    assert [f.key for f in check_problem(path)] == ["recordings[0].channels[0].quantity"]
 
 
 def test_many_faults_alike_are_counted(spoil: Spoil) -> None:

@@ -91,14 +91,22 @@ def _sparse(e: Estimate, count: int = 24) -> Estimate:
     )
 
 
+def _spacing(e: Estimate) -> float:
+    """Hz, of most of its lines."""
+    return float(np.median(np.diff(e.frequency)))
+
+
 def _level(a: Estimate, b: Estimate, alpha: float) -> Finding | None:
     """Two broad FRFs of one pair of DOFs that differ by more than their variances, and not by one
     factor."""
+    if _spacing(a) < _spacing(b):
+        a, b = b, a
     low, high = max(a.frequency[0], b.frequency[0]), min(a.frequency[-1], b.frequency[-1])
     grid = a.frequency[(a.frequency >= low) & (a.frequency <= high)]
     if grid.size < 24:
         return None
-    if len(b.frequency) < 0.5 * len(a.frequency) or len(b.frequency) > 2.0 * len(a.frequency):
+    smeared = min(a.shared, b.shared) == 0
+    if smeared and _spacing(a) > 2.0 * _spacing(b):
         return None  # other resolutions smear the peaks differently
     Ha = np.interp(grid, a.frequency, a.H.real) + 1j * np.interp(grid, a.frequency, a.H.imag)
     Hb = np.interp(grid, b.frequency, b.H.real) + 1j * np.interp(grid, b.frequency, b.H.imag)
@@ -116,9 +124,8 @@ def _level(a: Estimate, b: Estimate, alpha: float) -> Finding | None:
     misfit = float(
         np.mean(np.abs(Ha - Hb)[strong] ** 2 / np.maximum(variance[strong], np.finfo(float).tiny))
     )
-    free = float(
-        np.count_nonzero(strong)
-    )  # two degrees of freedom a line, half of the lines independent
+    # two degrees of freedom a line; half of the lines independent where they were averaged
+    free = max(2.0 * np.count_nonzero(strong) / (max(a.shared, b.shared) or 2.0), 2.0)
     threshold = chi_square_above(alpha, free) / free
     relative = float(
         np.sqrt(np.sum(np.abs(Ha - Hb)[strong] ** 2) / np.sum(np.abs(Ha)[strong] ** 2))

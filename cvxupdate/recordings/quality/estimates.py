@@ -7,9 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from cvxupdate.recordings.lines import sine_fit, vertex
+from cvxupdate.recordings.local_rational import local_rational
 from cvxupdate.recordings.quality.frf import mobility, place
 from cvxupdate.recordings.quantiles import excess_kurtosis
 from cvxupdate.recordings.read.variance import variance_of_frf
+from cvxupdate.recordings.spectral import LONGEST, frf_from_time
 from cvxupdate.recordings.types import (
     MOTIONS,
     Channel,
@@ -21,10 +23,21 @@ from cvxupdate.recordings.types import (
     TimeHistory,
 )
 
+IMPULSIVE = 30.0
+"""Excess kurtosis of a force that is an impact."""
+MOST_LINES = 2**14
+"""Lines with a local model of their own; of more every second, third … has one."""
+UNDRIVEN = 1e-14
+"""Power of a force at a line, over its greatest, below which it is rounding."""
+
 
 @dataclass(frozen=True)
 class Estimate:
-    """One FRF of one recording as mobility: lines or a single frequency, with its variance."""
+    """One FRF of one recording as mobility: lines or a single frequency, with its variance.
+
+    ``shared`` is the number of neighbouring lines that share data where each is from a local model,
+    which smears no peak; 0 where it was averaged, or is as given.
+    """
 
     origin: Origin
     key: tuple[tuple[int, str], str, tuple[int, str]]
@@ -33,6 +46,7 @@ class Estimate:
     frequency: Real
     H: Complex
     variance: Real
+    shared: int = 0
 
     @property
     def noise(self) -> Real:
@@ -45,7 +59,7 @@ class Estimate:
         return len(self.frequency) == 1
 
 
-def _of_frf(frf: FrequencyResponse) -> list[Estimate]:
+def _of_frf(frf: FrequencyResponse, shared: int = 0) -> list[Estimate]:
     mob = mobility(frf)
     variance = frf.variance if frf.variance is not None else variance_of_frf(frf.H, None)[0]
     if variance is None:
@@ -60,6 +74,7 @@ def _of_frf(frf: FrequencyResponse) -> list[Estimate]:
             frf.frequency,
             mob[:, i, j],
             (variance * scale)[:, i, j],
+            shared,
         )
         for i, r in enumerate(frf.responses)
         for j, s in enumerate(frf.references)
@@ -85,8 +100,8 @@ def _sine(history: TimeHistory, force: int) -> float | None:
 
 
 def _of_time(history: TimeHistory) -> list[Estimate]:
-    """A sine by least squares, an impact by output over input, anything else by H1 over
-    half-overlapped Hann blocks; one force only."""
+    """A sine by least squares, an impact by output over input, anything else by
+    `_broad`; one force only."""
     forces = [k for k, c in enumerate(history.channels) if c.quantity == "force" and c.dof]
     motions = [k for k, c in enumerate(history.channels) if c.quantity in MOTIONS and c.dof]
     if (
@@ -96,27 +111,25 @@ def _of_time(history: TimeHistory) -> list[Estimate]:
         or not np.all(np.isfinite(history.data))
     ):
         return []
-    tone = _sine(history, forces[0])
+    force = forces[0]
+    if np.ptp(history.data[:, force]) == 0.0:
+        return []
+    tone = _sine(history, force)
+    if tone is None and excess_kurtosis(history.data[:, force]) <= IMPULSIVE:
+        return _broad(history, motions, force)
     out: list[Estimate] = []
     for k in motions:
-        found = (
-            _broad(history, k, forces[0]) if tone is None else _at_tone(history, k, forces[0], tone)
-        )
-        if found is not None:
-            f, H, variance = found
-            r = history.channels[k]
-            out += _of_frf(
-                FrequencyResponse(
-                    history.origin,
-                    f,
-                    H,
-                    r.quantity,
-                    (r,),
-                    (history.channels[forces[0]],),
-                    variance,
-                )
-            )
+        found = _hit(history, k, force) if tone is None else _at_tone(history, k, force, tone)
+        out += _of_frf(_single(history, k, force, *found))
     return out
+
+
+def _single(
+    history: TimeHistory, motion: int, force: int, f: Real, H: Complex, variance: Real | None
+) -> FrequencyResponse:
+    """The FRF of one response."""
+    r, s = history.channels[motion], history.channels[force]
+    return FrequencyResponse(history.origin, f, H, r.quantity, (r,), (s,), variance)
 
 
 def _at_tone(
@@ -131,23 +144,48 @@ def _at_tone(
     return np.array([frequency], dtype=np.float64), H, variance
 
 
-def _broad(history: TimeHistory, motion: int, force: int) -> tuple[Real, Complex, Real] | None:
-    """Lines, H and variance of a broad-band test; None where too few lines are left."""
-    u, y = history.data[:, force], history.data[:, motion]
-    if excess_kurtosis(u) > 30.0:  # an impact: the rest of the force channel is noise
-        U, Y = np.fft.rfft(u - np.median(u)), np.fft.rfft(y - np.median(y))
-        grid: Real = np.asarray(np.fft.rfftfreq(len(u), 1.0 / history.rate), dtype=np.float64)
-        H, gamma = (Y / np.where(U == 0.0, 1.0, U))[:, None, None], None
-    else:
-        from scipy import signal
+def _hit(history: TimeHistory, motion: int, force: int) -> tuple[Real, Complex, Real | None]:
+    """Lines, H and variance of an impact: the rest of the force channel is noise."""
+    U, Y = (
+        np.fft.rfft(x - np.median(x)) for x in (history.data[:, force], history.data[:, motion])
+    )
+    grid = np.asarray(np.fft.rfftfreq(len(history.data), 1.0 / history.rate), dtype=np.float64)
+    H = (Y / np.where(U == 0.0, 1.0, U))[1:, None, None]
+    return grid[1:], H, variance_of_frf(H, None)[0]
 
-        size = int(2 ** max(6, np.floor(np.log2(len(u) / 8))))
-        grid, cross = signal.csd(u, y, history.rate, nperseg=size)
-        power = signal.welch(u, history.rate, nperseg=size)[1]
-        H = (cross / np.maximum(power, np.finfo(float).tiny))[:, None, None]
-        gamma = signal.coherence(u, y, history.rate, nperseg=size)[1][:, None, None]
-    variance, _ = variance_of_frf(H, gamma)
-    return None if variance is None else (grid[1:], H[1:], variance[1:])
+
+def _broad(history: TimeHistory, motions: list[int], force: int) -> list[Estimate]:
+    """All responses to a broad-band force or a sweep: without leakage, by a local model at each
+    line, or by H1 over half-overlapped Hann blocks where the record is long. A sweep passes a
+    resonance within one such block."""
+    quantities = dict.fromkeys(history.channels[k].quantity for k in motions)
+    if len(history.data) > LONGEST:
+        return [
+            e
+            for q in quantities
+            for e in _of_frf(frf_from_time(history, quantity=q, references=(force,)))
+        ]
+    lines = np.fft.rfftfreq(len(history.data), 1.0 / history.rate)[1:]
+    spectra = np.fft.rfft(history.data[:, [force, *motions]], axis=0)[1:]
+    stride = -(-len(lines) // MOST_LINES)
+    found = local_rational(spectra[:, :1], spectra[:, 1:], stride)
+    driven = np.abs(spectra[::stride, 0]) ** 2 > UNDRIVEN * np.max(np.abs(spectra[:, 0]) ** 2)
+    keep = driven & np.all(np.isfinite(found.H), axis=(1, 2))
+    return [
+        e
+        for k, column in enumerate(motions)
+        for e in _of_frf(
+            _single(
+                history,
+                column,
+                force,
+                lines[::stride][keep],
+                found.H[keep, k : k + 1],
+                found.variance[keep, k : k + 1],
+            ),
+            2 * found.half // stride + 1,
+        )
+    ]
 
 
 def estimates_of(recording: Recording) -> list[Estimate]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from cvxupdate.diagnose.output.telltale_words import distorted, telltale_lines
 from cvxupdate.recordings.types import Channel, FrequencyResponse, Origin, TimeHistory
@@ -21,6 +22,7 @@ def test_a_linear_structure_gives_no_line():
     assert telltale_lines([]) == []
 
 
+@pytest.mark.slow
 def test_what_the_level_does_is_said_with_what_it_may_be():
     hard = said(shaken(HARDENING, seed=3), shaken(HARDENING, 5.0, seed=4))
     assert "From level 1 to level 5 resonances move by" in hard and "up: it stiffens" in hard

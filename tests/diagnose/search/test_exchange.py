@@ -57,6 +57,7 @@ TRUE = (("added_mass", 2), ("stiffness_change", 104))
         (("stiffness_change", 102), TRUE[1]),
     ],
 )
+@pytest.mark.slow
 def test_place_and_word_are_put_right_beside_what_is_right(evidence, wrong):
     right, begun = fitted(evidence, *TRUE), fitted(evidence, *wrong)
     assert begun.fit.misfit > 4.0 * right.fit.misfit
