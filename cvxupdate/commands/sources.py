@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from cvxupdate.errors import Fault, InputError, ProblemFileError
 from cvxupdate.spec import Spec, read_text, spec_of
 from cvxupdate.spec.given import Given, is_text, plain, tables_in
-from cvxupdate.spec.read import read_toml
+from cvxupdate.spec.read import problem_in, read_toml
 
 if TYPE_CHECKING:
     from cvxupdate.correlate.result import Geometry
@@ -52,7 +52,7 @@ def open_source(
         return _tables(plain(given), progress)
     if isinstance(given, str) and is_text(given):
         return _tables(tables_in(given), progress)
-    path = Path(given)
+    path = problem_in(Path(given))
     if path.suffix.lower() != ".toml":
         return _raw(path, rate, progress)
     raw = read_toml(path)

@@ -17,13 +17,13 @@ from cvxupdate.spec.grammar import ProblemFile, Spec, grammar
 from cvxupdate.spec.places import Places, gather
 from cvxupdate.spec.prepare import Complaint, Prepared, prepare
 from cvxupdate.spec.prune import prune
-from cvxupdate.spec.read import read_toml
+from cvxupdate.spec.read import problem_in, read_toml
 from cvxupdate.spec.toml import toml_tables
 from cvxupdate.spec.words import findings, translate
 
 
 def load_problem(path: str | os.PathLike[str]) -> Spec:
-    """Read a problem file and everything in it that is text.
+    """Read a problem file and everything in it that is text; of a folder, its problem.toml.
 
     Raises
     ------
@@ -96,6 +96,7 @@ def schema() -> dict[str, Any]:
 
 
 def _examine(path: Path) -> tuple[tuple[Fault, ...], Spec | None]:
+    path = problem_in(path)
     raw = read_toml(path)
     return ((raw,), None) if isinstance(raw, Fault) else _parsed(raw, path)
 

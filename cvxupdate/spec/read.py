@@ -13,6 +13,12 @@ LARGEST = 500_000_000
 """Bytes above which a file is surely not a problem file."""
 
 
+def problem_in(path: Path) -> Path:
+    """The problem.toml of a folder that has one; else the path as it is."""
+    inside = path / "problem.toml"
+    return inside if os.path.isdir(path) and inside.is_file() else path
+
+
 def read_toml(path: Path) -> dict[str, Any] | Fault:
     """The parsed TOML, or the one fault that keeps it from being read."""
 
@@ -22,13 +28,7 @@ def read_toml(path: Path) -> dict[str, Any] | Fault:
     if "\0" in str(path):
         return fault("holds a NUL character, so it names no file.", "Correct the name.")
     if os.path.isdir(path):
-        inside = path / "problem.toml"
-        return fault(
-            "is a folder.",
-            f"Name the problem file in it: {inside}."
-            if inside.is_file()
-            else "Name a problem file.",
-        )
+        return fault("is a folder, without a problem.toml.", "Name a problem file.")
     try:
         if path.exists() and not path.is_file():  # a pipe or a device might never end
             return fault("is not a file.", "Name the .toml file.")

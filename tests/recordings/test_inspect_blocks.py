@@ -176,6 +176,8 @@ def test_a_coherence_beside_is_taken_as_one(tmp_path: Path) -> None:
     assert isinstance(found, FrequencyResponse) and found.H.shape == (F.size, 1, 1)
     assert found.coherence is not None
     np.testing.assert_allclose(found.coherence, 0.98)
+    view = inspect_file(path).channels[2]
+    assert view.quantity == "coherence" and "clipped" not in view.text()
 
 
 @pytest.mark.parametrize("name", ["Time", "Time [s]", "t", "time (ms)", "Zeit"])

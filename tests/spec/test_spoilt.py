@@ -936,8 +936,10 @@ def test_unreadable_files(tmp_path: Path, blob: bytes, words: tuple[str, ...]) -
 
 
 def test_a_folder_and_a_missing_file(good: Path, tmp_path: Path) -> None:
-    (folder,) = check_problem(good.parent)
-    assert "is a folder" in str(folder) and "problem.toml" in folder.remedy
+    assert check_problem(good.parent) == () and load_problem(good.parent) == load_problem(good)
+    (tmp_path / "empty").mkdir()
+    (folder,) = check_problem(tmp_path / "empty")
+    assert "is a folder, without a problem.toml" in str(folder)
     (missing,) = check_problem(tmp_path / "none.toml")
     assert "there is no such file" in str(missing) and "none.toml" in missing.file
     (nul,) = check_problem(str(tmp_path) + "/a\0b.toml")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -76,6 +76,11 @@ def _spectra(table: _Table, progress: Progress | None) -> Inspection:
     views = channel_views(columns, float("nan"), progress)
     whole = table.data[np.all(np.isfinite(table.data), axis=1)]
     found = frf_columns(whole if len(whole) else table.data, table.names, table.units)
+    coherences = {f.coherence for f in found}
+    views = tuple(
+        replace(v, quantity="coherence", clipped=0) if k in coherences else v
+        for k, v in enumerate(views, 1)
+    )
     kinds = [table.column(f.column, "acceleration").quantity for f in found]
     quantity = next((q for q in kinds if q in MOTIONS), "acceleration")
     rows = frf_rows(found, quantity)
