@@ -89,9 +89,9 @@ def test_what_children_compute_is_taken_from_the_budget():
         while time.thread_time() - begin < 0.05:
             pass
 
-    budget, half = Budget(computing=0.25, clock=1e9), Budget(computing=0.25, clock=1e9)
+    budget, half = Budget(computing=0.6, clock=1e9), Budget(computing=0.6, clock=1e9)
     assert Budget.of(True, 3).jobs == Budget.of(False, 3).part(0.5).jobs == 3
     every(busy, range(3), 3)
     assert not half.over()
-    every(busy, range(4), 4)
+    every(busy, range(12), 4)
     assert budget.over() and half.over()

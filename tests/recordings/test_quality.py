@@ -280,7 +280,7 @@ def test_a_level_that_changes_the_frf_is_reported_and_a_linear_one_is_not() -> N
 
 
 def test_a_fast_sweep_up_and_one_down_are_of_one_structure() -> None:
-    """Each passes a resonance within a block of averages, which took them for two structures; one
+    """Each passes a peak within a block of averages, which took them for two structures; one
     spring that hardens is told from them."""
     t = np.arange(2048) / RATE
     push = np.where(t < 8.0, signal.chirp(np.minimum(t, 8.0), 1.0, 8.0, 60.0), 0.0)
