@@ -13,7 +13,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cvxupdate.errors import RecordingError
-from cvxupdate.recordings.local_rational import DEGREE, LocalModels, half_width, local_rational
+from cvxupdate.recordings.local_rational import (
+    DEGREE,
+    LocalModels,
+    forced,
+    half_width,
+    local_rational,
+)
 from cvxupdate.recordings.measured import DECAY, MOTION, band_of, decaying_spectra
 from cvxupdate.recordings.types import (
     Complex,
@@ -79,7 +85,7 @@ def beginning_of(history: TimeHistory) -> Beginning | None:
     if len(s) < 4 * stride or _filled(U) < 4 * stride or _rough(U, stride) < ROUGH:
         return None
     found, Y = local_rational(U, Y, stride), Y[::stride]
-    known = np.all(np.isfinite(found.H), axis=(1, 2)) & _forced(U, stride)[::stride]
+    known = np.all(np.isfinite(found.H), axis=(1, 2)) & forced(U, stride)[::stride]
     if not np.any(known):
         return None
     power = np.abs(Y[known]) ** 2
@@ -122,15 +128,6 @@ def _rough(U: Complex, half: int) -> float:
     Q = np.linalg.qr(r)[0]
     rest = pieces - Q @ (Q.T @ pieces)
     return float(np.sum(np.abs(rest) ** 2) / max(np.sum(np.abs(pieces) ** 2), 1e-300))
-
-
-def _forced(U: Complex, half: int) -> Real:
-    """Lines (lines,) around which the forces are above a tenth of what is typical of them, as those
-    of a band are (`cvxupdate.recordings.measured.excited_band`)."""
-    power = np.sum(np.abs(U) ** 2, axis=1)
-    window = np.ones(2 * half + 1) / (2 * half + 1)
-    around = np.convolve(power, window, mode="same")
-    return np.asarray(around > 0.01 * np.percentile(around, 90))
 
 
 def _needed(found: LocalModels, known: Real, loud: Real) -> float:
@@ -207,7 +204,7 @@ def _frf(history: TimeHistory, remark: str) -> FrequencyResponse:
     s = 2j * np.pi * f[keep]
     orders = [MOTION.index(quantity) - MOTION.index(k) for k in kinds]
     turned = np.stack([s**n for n in orders], axis=1)[:, :, None]
-    known = np.all(np.isfinite(found.H), axis=(1, 2)) & _forced(spectra[:, drives], found.half)
+    known = np.all(np.isfinite(found.H), axis=(1, 2)) & forced(spectra[:, drives], found.half)
     return FrequencyResponse(
         _remarked(history.origin, remark),
         f[keep][known],

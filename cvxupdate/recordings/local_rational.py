@@ -48,6 +48,32 @@ def half_width(inputs: int) -> int:
     return -(-(unknowns + FREEDOM - 1) // 2)
 
 
+def forced(U: Complex, half: int) -> NDArray[np.bool_]:
+    """Lines (lines,) around which the forces ``U`` (lines, inputs) are above a tenth of what is
+    typical of them, as those of a band are (`cvxupdate.recordings.measured.excited_band`)."""
+    around = _around(np.sum(np.abs(U) ** 2, axis=1), half)
+    return np.asarray(around > 0.01 * np.percentile(around, 90))
+
+
+def acting(U: Complex, half: int) -> NDArray[np.bool_]:
+    """Lines (lines,) of their own on which forces act, with a hundredth of the mean power around:
+    a force that repeats itself in a record has noise on the others."""
+    power = np.sum(np.abs(U) ** 2, axis=1)
+    return np.asarray(power > 0.01 * _around(power, half))
+
+
+def filled(U: Complex, half: int) -> bool:
+    """Whether forces act on as many lines around each as tell B (lines without a force tell A and
+    the transient), in the median of those that are forced."""
+    count = (2 * half + 1) * _around(acting(U, half).astype(float), half)
+    return bool(np.median(count[forced(U, half)]) > DEGREE + 0.5)
+
+
+def _around(power: Real, half: int) -> Real:
+    """Mean over ``half`` lines to either side."""
+    return np.convolve(power, np.ones(2 * half + 1) / (2 * half + 1), mode="same")
+
+
 def local_rational(U: Complex, Y: Complex, stride: int = 1) -> LocalModels:
     """Local models of spectra ``U`` (lines, inputs) and ``Y`` (lines, outputs) on even lines, at
     every ``stride``-th of them; NaN where the inputs are dependent.

@@ -292,6 +292,27 @@ def test_a_fast_sweep_up_and_one_down_are_of_one_structure() -> None:
     assert {f.check for f in compare([up, loud])} == {"level dependence"}
 
 
+@pytest.mark.parametrize("periods", [4, 8])
+@pytest.mark.parametrize("noise", [0.0, 1e-3])
+def test_forces_that_repeat_themselves_are_compared_at_their_lines(
+    periods: int, noise: float
+) -> None:
+    """Eight periods have power on every eighth line, which tells no local model; nor do four where
+    nothing at all lies between."""
+    t, lines = np.arange(512) / RATE, np.arange(2, 150)
+    runs = []
+    for seed in (1, 2):
+        rng = np.random.default_rng(seed)
+        phase = 2 * np.pi * (lines[:, None] * t * RATE / 512 + rng.random((lines.size, 1)))
+        push = np.tile(np.sum(np.cos(phase), axis=0), periods + 2)
+        push = push + noise * push.std() * rng.normal(size=push.size)
+        run = chain(seed, 3, push.size, push=push)
+        runs.append(replace(run, data=run.data[1024:]))
+    assert compare(runs) == ()
+    doubled = compare([runs[0], changed(runs[1], 0, lambda x: 2.0 * x)])
+    assert [f.check for f in doubled] == ["gain"] * 4
+
+
 def test_a_force_channel_out_of_line_is_reported_with_its_factor() -> None:
     clean, other = chain(1, 1, 16384), chain(2, 1, 16384)
     wrong = changed(other, 0, lambda x: 3.3 * x)

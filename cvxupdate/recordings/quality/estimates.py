@@ -7,7 +7,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from cvxupdate.recordings.lines import sine_fit, vertex
-from cvxupdate.recordings.local_rational import local_rational
+from cvxupdate.recordings.local_rational import (
+    Index,
+    acting,
+    filled,
+    forced,
+    half_width,
+    local_rational,
+)
+from cvxupdate.recordings.periodic import excited_lines
 from cvxupdate.recordings.quality.frf import mobility, place
 from cvxupdate.recordings.quantiles import excess_kurtosis
 from cvxupdate.recordings.read.variance import variance_of_frf
@@ -27,8 +35,6 @@ IMPULSIVE = 30.0
 """Excess kurtosis of a force that is an impact."""
 MOST_LINES = 2**14
 """Lines with a local model of their own; of more every second, third … has one."""
-UNDRIVEN = 1e-14
-"""Power of a force at a line, over its greatest, below which it is rounding."""
 
 
 @dataclass(frozen=True)
@@ -156,36 +162,41 @@ def _hit(history: TimeHistory, motion: int, force: int) -> tuple[Real, Complex, 
 
 def _broad(history: TimeHistory, motions: list[int], force: int) -> list[Estimate]:
     """All responses to a broad-band force or a sweep: without leakage, by a local model at each
-    line, or by H1 over half-overlapped Hann blocks where the record is long. A sweep passes a
-    resonance within one such block."""
-    quantities = dict.fromkeys(history.channels[k].quantity for k in motions)
+    line, or output over input at the lines of a force that repeats itself; of a long record by H1
+    over half-overlapped Hann blocks. A sweep passes a resonance within one such block."""
     if len(history.data) > LONGEST:
+        quantities = dict.fromkeys(history.channels[k].quantity for k in motions)
         return [
             e
             for q in quantities
             for e in _of_frf(frf_from_time(history, quantity=q, references=(force,)))
         ]
-    lines = np.fft.rfftfreq(len(history.data), 1.0 / history.rate)[1:]
-    spectra = np.fft.rfft(history.data[:, [force, *motions]], axis=0)[1:]
-    stride = -(-len(lines) // MOST_LINES)
-    found = local_rational(spectra[:, :1], spectra[:, 1:], stride)
-    driven = np.abs(spectra[::stride, 0]) ** 2 > UNDRIVEN * np.max(np.abs(spectra[:, 0]) ** 2)
-    keep = driven & np.all(np.isfinite(found.H), axis=(1, 2))
-    return [
-        e
-        for k, column in enumerate(motions)
-        for e in _of_frf(
-            _single(
-                history,
-                column,
-                force,
-                lines[::stride][keep],
-                found.H[keep, k : k + 1],
-                found.variance[keep, k : k + 1],
-            ),
-            2 * found.half // stride + 1,
-        )
-    ]
+    spectra = np.fft.rfft(history.data[:, [force, *motions]], axis=0)
+    at, H, variance, shared = _at_lines(spectra[:, :1], spectra[:, 1:])
+    if variance is None:
+        return []
+    f = np.asarray(at * history.rate / len(history.data), dtype=np.float64)
+    out: list[Estimate] = []
+    for k, column in enumerate(motions):
+        own = slice(k, k + 1)
+        out += _of_frf(_single(history, column, force, f, H[:, own], variance[:, own]), shared)
+    return out
+
+
+def _at_lines(U: Complex, Y: Complex) -> tuple[Index, Complex, Real | None, int]:
+    """Lines, H (lines, outputs, 1), its variance (None: too few lines) and how many lines share
+    data, from spectra (0 Hz first): by local models where these are told."""
+    if filled(U[1:], half_width(1)):
+        stride = -(-(len(U) - 1) // MOST_LINES)
+        found = local_rational(U[1:], Y[1:], stride)
+        driven = (forced(U[1:], found.half) & acting(U[1:], found.half))[::stride]
+        known = driven & np.all(np.isfinite(found.H), axis=(1, 2))
+        if 2 * np.count_nonzero(known) > np.count_nonzero(driven):
+            at = np.arange(1, len(U), stride)[known]
+            return at, found.H[known], found.variance[known], 2 * found.half // stride + 1
+    at = excited_lines(U[None], [0])
+    H = (Y[at] / U[at])[:, :, None]
+    return at, H, variance_of_frf(H, None)[0], 0
 
 
 def estimates_of(recording: Recording) -> list[Estimate]:
