@@ -133,8 +133,12 @@ class ResponseSetting:
         return float(min(rows, 2 * modes + channels)), float(modes)
 
     def damping_strain(self, p: Real) -> float:
-        """Squares of the modes' own log damping ratios in units of their usual scatter."""
-        return float(np.sum((p[self.ratios] / MODE_DAMPING_STD) ** 2))
+        """Squares of the modes' own log damping ratios in units of their usual scatter, about what
+        they have in common. That is not the fitted z₀ alone: modes above the band have no other
+        unknown, and may draw it away from those in the band, which then all make up for it."""
+        z = p[self.ratios.start - 1 - self.mixed] + p[self.ratios]
+        weights = (MODE_DAMPING_STD / COMMON_DAMPING_STD) ** 2
+        return float(np.sum(((z - np.sum(z) / (len(z) + weights)) / MODE_DAMPING_STD) ** 2))
 
     def on(self, signals: Sequence[Signal]) -> ResponseSetting:
         """The same against other signals."""

@@ -18,6 +18,7 @@ from cvxupdate.diagnose.responses.setting import (
     unstrayed,
     with_damped,
 )
+from cvxupdate.diagnose.settings import MODE_DAMPING_STD
 from cvxupdate.errors import ModelError
 from cvxupdate.update.trust_region import Options
 from tests.cases.signals import signal_of
@@ -100,3 +101,15 @@ def test_where_modes_are_gone_there_is_no_structure(setting):
     more = replace(setting, zeta=np.full(5, 0.01))
     with pytest.raises(ModelError, match="none there"):
         more.evaluate(np.zeros(len(more.columns)))
+
+
+def test_what_all_modes_in_the_band_have_in_common_is_no_pattern_of_damping(setting):
+    """Modes above the band have no damping ratio but the common one, and may draw it away from
+    those in the band, which all make up for it: that is not what a damper does."""
+    p, own = np.zeros(len(setting.columns)), setting.ratios
+    assert setting.damping_strain(p) == 0.0
+    p[own.start - 2], p[own] = -0.85, 0.85
+    assert setting.damping_strain(p) < 0.1
+    p[own.start] += 3.0 * MODE_DAMPING_STD
+    n = setting.damped  # one mode off by three deviations, about the mean of all
+    assert setting.damping_strain(p) == pytest.approx(9.0 * (1.0 - 1.0 / n), rel=0.1)
