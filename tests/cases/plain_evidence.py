@@ -248,8 +248,9 @@ class PlainEvidence:
         return self.alone[channels] if channels else self.bases[-1]
 
     def fitted(self, seed: Any, effort: str) -> PlainFit:
-        if seed.effects:
-            raise NotImplementedError
+        channels = tuple(e.fault.channel for e in seed.effects if e.fault is not None)
+        if channels:
+            return self.alone[channels]
         return self.bases[-1] if self.beside is None else self.beside
 
 

@@ -30,8 +30,8 @@ from cvxupdate.diagnose.judge.soundness import said_plainly, sound
 from cvxupdate.diagnose.results import Finding
 from cvxupdate.diagnose.search.race import refitted
 from cvxupdate.diagnose.search.search import Found, damping_only
-from cvxupdate.diagnose.settings import STATED
-from cvxupdate.diagnose.types import Evidence, Seed
+from cvxupdate.diagnose.settings import EXPLAINED, HOPELESS, STATED
+from cvxupdate.diagnose.types import Evidence, Key, Seed
 from cvxupdate.errors import CvxupdateError
 
 
@@ -96,6 +96,7 @@ def judge(evidence: Evidence, found: Found) -> Judgement:
     lower = _fitted_from(decided)
     if lower is not None:
         decided = _decided(evidence, found, lower)
+    decided = _lightened(evidence, found, decided)
     if decided.findings or explained(decided.case.base, decided.case):
         return decided
     tried = (*decided.several, *decided.singles)
@@ -114,6 +115,33 @@ def _fitted_from(decided: Judgement) -> Hypothesis | None:
         return None
     found = refitted(case.evidence, Seed((), rest.fit.setting, rest.fit.p), "sharp")
     return found if found is not None and found.fit.misfit < case.base.fit.misfit else None
+
+
+def _lightened(evidence: Evidence, found: Found, decided: Judgement) -> Judgement:
+    """Decided anew, with those that lack one of the claimed effects, fitted from where they are
+    beside it and likelier than the whole, until what is claimed stays: those of them that were
+    fitted from elsewhere had ended in another valley, and no effect is to be had for leading out
+    of it."""
+    before: frozenset[Key] | None = None
+    while decided.final is not None and decided.final.hypothesis.keys != before:
+        before = decided.final.hypothesis.keys
+        lighter = _lighter(decided)
+        if lighter:
+            found = replace(found, several=(*found.several, *lighter))
+            decided = _decided(evidence, found, decided.case.base.hypothesis)
+    return decided
+
+
+def _lighter(decided: Judgement) -> list[Hypothesis]:
+    case, final = decided.case, decided.final
+    if final is None or not decided.findings or len(final.hypothesis.effects) < 2:
+        return []
+    every = range(len(final.hypothesis.effects))
+    rests = [without(case.evidence, final.hypothesis, k) for k in every]
+    near = [h for h in rests if h is not None and h.fit.misfit <= HOPELESS * EXPLAINED]
+    again = [refitted(case.evidence, h.onward, "sharp") for h in near]
+    most = log_odds(final, case)
+    return [h for h in again if h is not None and log_odds(case.weighed(h), case) > most]
 
 
 def _decided(evidence: Evidence, found: Found, base: Hypothesis) -> Judgement:

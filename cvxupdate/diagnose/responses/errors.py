@@ -9,8 +9,9 @@ import numpy as np
 
 from cvxupdate.correlate.frf import frf_error
 from cvxupdate.correlate.response_error import FRF, TIME, Stated, pooled, together
-from cvxupdate.diagnose.fit import Fit, fitted_at
+from cvxupdate.diagnose.fit import Fit, fitted_at, taken
 from cvxupdate.diagnose.responses.point import ResponsePoint
+from cvxupdate.diagnose.responses.setting import unstrayed
 from cvxupdate.diagnose.responses.signals import Real, Signal
 from cvxupdate.diagnose.types import Errors
 
@@ -41,6 +42,26 @@ def likelihood(fit: Fit, signals: Sequence[Signal]) -> float:
     if not signals:
         return 0.0
     return fitted_at(fit.setting.on(signals), fit.p, fit.point).log_likelihood
+
+
+def foretold(point: ResponsePoint) -> list[ResponsePoint]:
+    """What a point foretells of another drive: with the damping that was fitted, and with the usual
+    one of modes that strayed from it. A mode that hardly answers to the drive that was fitted is
+    damped away there for standing a tenth of its width beside its resonance, which says nothing of
+    how another drive excites it."""
+    usual = unstrayed(point.setting, point.p)
+    return [point] if usual is None else [point, point.setting.evaluate(usual, point)]
+
+
+def both_errors(point: ResponsePoint, fit: Sequence[Signal], hold_out: Sequence[Signal]) -> Errors:
+    """`channel_errors` of what was fitted, and of what was held out at what is `foretold`."""
+    held = min(channel_errors(x, hold_out) for x in foretold(point))
+    return Errors(channel_errors(point, fit), held)
+
+
+def elsewhere(fit: Fit, signals: Sequence[Signal]) -> float:
+    """The likelihood of signals that another drive makes, at what is `foretold`."""
+    return max(likelihood(taken(fit.setting, x), signals) for x in foretold(fit.point))
 
 
 def norms(values: Real) -> Real:

@@ -22,8 +22,8 @@ from cvxupdate.diagnose.responses.columns import columns_of, delay_unit
 from cvxupdate.diagnose.responses.data import Data
 from cvxupdate.diagnose.responses.errors import (
     ContractErrors,
-    channel_errors,
-    likelihood,
+    both_errors,
+    elsewhere,
     noise_errors,
     stated,
 )
@@ -224,15 +224,14 @@ class ResponseEvidence(Linear):
 
     def held_out(self, fit: Fit) -> float:
         """Of what is driven from elsewhere; another record at the same drive says the same."""
-        return likelihood(fit, self.data.sharp_hold_out) if self.data.later else 0.0
+        return elsewhere(fit, self.data.sharp_hold_out) if self.data.later else 0.0
 
     def errors(self, found: Fit) -> Errors:
         """Channel by channel."""
         return self._errors_at(found.point)
 
     def _errors_at(self, point: ResponsePoint) -> Errors:
-        d = self.data
-        return Errors(*(channel_errors(point, x) for x in (d.sharp, d.sharp_hold_out)))
+        return both_errors(point, self.data.sharp, self.data.sharp_hold_out)
 
     def relative(self, errors: Errors) -> float:
         """A fraction of the responses as it is."""

@@ -164,6 +164,20 @@ def test_one_clear_effect_needs_no_second() -> None:
     assert found.final is not None and found.final.hypothesis is pair
 
 
+def test_no_effect_is_had_for_leading_out_of_a_wrong_valley() -> None:
+    """One effect alone was fitted into a valley where it leaves much; from where it is beside
+    another it leaves as little as both: the other is not claimed."""
+    a, b = fault("n1.x"), fault("n3.x")
+    pair = supposed(replace(GOOD, misfit=0.3, beyond_noise=0.01), a, b)
+    lost = supposed(replace(GOOD, misfit=30.0, errors=Errors(0.1, 0.1)), a)
+    near = replace(GOOD, misfit=0.3, beyond_noise=0.01)
+    evidence = PlainEvidence((BASE,), alone={("n1.x",): near, ("n3.x",): lost.fit})
+    found = judged(evidence, [lost], [pair])
+    assert [f.place for f in found.findings] == [a.place]
+    evidence = PlainEvidence((BASE,), alone={("n1.x",): lost.fit, ("n3.x",): lost.fit})
+    assert len(judged(evidence, [lost], [pair]).findings) == 2
+
+
 @pytest.mark.parametrize(("misfit", "effects"), [(4.9, 3), (5.1, 2)])
 def test_a_third_effect_must_halve_what_two_leave(misfit: float, effects: int) -> None:
     channels = ("n1.x", "n2.x", "n3.x")
