@@ -250,7 +250,7 @@ class PlainEvidence:
     def fitted(self, seed: Any, effort: str) -> PlainFit:
         channels = tuple(e.fault.channel for e in seed.effects if e.fault is not None)
         if channels:
-            return self.alone[channels]
+            return supposed(self.alone[channels], *seed.effects).fit  # type: ignore[return-value]
         return self.bases[-1] if self.beside is None else self.beside
 
 

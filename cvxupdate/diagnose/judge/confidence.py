@@ -70,7 +70,8 @@ def standing(number: int, final: Weighed, others: Sequence[Weighed], case: Case)
     same = untold(effect, final, field, case)
     untried = likely[0] * len(same)  # nothing would tell them from this one: as likely
     places = (effect.place, *(e.place for e in alike))
-    here = support_at(places, field, likely, case.evidence.model)
+    beside = final.hypothesis.keys - {effect.key}
+    here = support_at(places, field, likely, case.evidence.model, beside)
     return Standing(
         support(effect, field, likely, case.evidence.model) / (1.0 + untried),
         (here + untried) / (1.0 + untried),
@@ -80,7 +81,7 @@ def standing(number: int, final: Weighed, others: Sequence[Weighed], case: Case)
         len(rivals(final, others, case)),
         CUT_SHORT if case.evidence.unfinished else MOST_SURE,
         same,
-        favoured(effect, places, field, likely, case.evidence.model),
+        favoured(effect, places, field, likely, case.evidence.model, beside),
     )
 
 

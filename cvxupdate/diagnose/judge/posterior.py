@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from cvxupdate.diagnose.judge.acceptance import Case, Weighed
 from cvxupdate.diagnose.judge.alternatives import extent, has, nodes_of
 from cvxupdate.diagnose.judge.between import unheard_of
 from cvxupdate.diagnose.settings import REGION, STRONG
-from cvxupdate.diagnose.types import Real
+from cvxupdate.diagnose.types import Key, Real
 from cvxupdate.fe.model import Model
 from cvxupdate.physics.effect import Effect
 from cvxupdate.physics.place import Place
@@ -62,28 +62,39 @@ def support(effect: Effect, field: Sequence[Weighed], likely: Real, model: Model
 
 
 def favoured(
-    effect: Effect, places: Sequence[Place], field: Sequence[Weighed], likely: Real, model: Model
+    effect: Effect,
+    places: Sequence[Place],
+    field: Sequence[Weighed],
+    likely: Real,
+    model: Model,
+    beside: Collection[Key] = (),
 ) -> bool:
     """Whether something else at one of the places is strongly favoured over an effect: by the
-    likeliest hypotheses that have each."""
+    likeliest hypotheses that have each; not what stands ``beside`` the effect."""
     own = [_same(w.hypothesis, effect, model) for w in field]
-    here = _there(places, field, model)
+    here = _there(places, field, model, beside)
     mine, best = (float(np.max(likely[np.array(x)], initial=0.0)) for x in (own, here))
     return mine < best * np.exp(-0.5 * STRONG)
 
 
 def support_at(
-    places: Sequence[Place], field: Sequence[Weighed], likely: Real, model: Model
+    places: Sequence[Place],
+    field: Sequence[Weighed],
+    likely: Real,
+    model: Model,
+    beside: Collection[Key] = (),
 ) -> float:
     """The probability of those hypotheses that have an effect of any type at one of the places, or
-    around it."""
-    return float(np.sum(likely[np.array(_there(places, field, model), dtype=bool)]))
+    around it; what stands ``beside`` it anyhow (an accelerometer at every node) says nothing of
+    the place."""
+    return float(np.sum(likely[np.array(_there(places, field, model, beside), dtype=bool)]))
 
 
-def _there(places: Sequence[Place], field: Sequence[Weighed], model: Model) -> list[bool]:
-    return [
-        any(_covers(e.place, p, model) for e in w.hypothesis.effects for p in places) for w in field
-    ]
+def _there(
+    places: Sequence[Place], field: Sequence[Weighed], model: Model, beside: Collection[Key]
+) -> list[bool]:
+    further = [[e for e in w.hypothesis.effects if e.key not in beside] for w in field]
+    return [any(_covers(e.place, p, model) for e in some for p in places) for some in further]
 
 
 def _covers(one: Place, other: Place, model: Model) -> bool:
