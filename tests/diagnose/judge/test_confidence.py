@@ -83,6 +83,18 @@ def test_places_that_are_hardly_told_apart_are_stated_together() -> None:
     assert alike.told and alike.confidence == pytest.approx(1.0 / 3.0)
 
 
+def test_what_is_everywhere_anyhow_is_no_support_for_a_place() -> None:
+    """Shear in all elements stands beside a change in one of them: the hypothesis that has only the
+    former, ten times as likely, does not say that there is anything in that element."""
+    case = case_of(PlainEvidence((BASE,)))
+    shear = effect("shear_deformation", elements=(1, 2, 3))
+    final = weighed(GOOD, shear, effect(elements=(1,)))
+    alone = weighed(replace(GOOD, misfit=0.7), shear)
+    everywhere, there = (standing(k, final, [final, alone], case) for k in (0, 1))
+    assert everywhere.told and everywhere.here == pytest.approx(1.0)
+    assert there.here == pytest.approx(there.support) and there.support < 0.1 and not there.told
+
+
 @pytest.mark.parametrize(("misfit", "told"), [(0.8, True), (0.5, False)])
 def test_what_is_strongly_favoured_at_its_place_silences_an_effect(misfit: float, told) -> None:
     """Ten logarithms of the ratio of misfits: 2.2 and 6.9, and 3 are strong."""

@@ -8,8 +8,15 @@ import numpy as np
 import pytest
 
 from cvxupdate.correlate.response_error import together
+from cvxupdate.diagnose.fit import fitted_at
 from cvxupdate.diagnose.nominal.damping import undamped
-from cvxupdate.diagnose.responses.errors import channel_errors, on_signals, stated
+from cvxupdate.diagnose.responses.errors import (
+    both_errors,
+    channel_errors,
+    elsewhere,
+    on_signals,
+    stated,
+)
 from cvxupdate.diagnose.responses.setting import setting_for
 from cvxupdate.physics.fault import Fault
 from tests.cases.signals import signal_of
@@ -39,3 +46,23 @@ def test_nothing_recorded_has_no_error(chain, lab, measure):
     assert np.isnan(channel_errors(point, ())) and stated(point, ()) == []
     assert np.isnan(together((), "fit"))
     assert on_signals(point, (signal,)).setting.signals == (signal,)
+
+
+def test_a_mode_damped_away_says_nothing_of_another_drive(chain, lab, measure):
+    """What was fitted keeps its error; what was held out is foretold with the usual damping where
+    that does better, and as fitted where the fit does."""
+    _, model = chain
+    signals = tuple(signal_of(measure(lab(), k, noise=1e-6, seed=k)) for k in (4, 1))
+    setting = setting_for(undamped(model), model, signals[:1], 75.0)
+    usual = np.zeros(len(setting.columns))
+    lost = usual.copy()
+    lost[setting.ratios.start + 1] = 3.0
+    right, away = fitted_at(setting, usual), fitted_at(setting, lost)
+    fit, held = (channel_errors(away.point, (s,)) for s in signals)
+    errors = both_errors(away.point, signals[:1], signals[1:])
+    assert errors.fit == fit
+    assert errors.hold_out == channel_errors(right.point, signals[1:]) < held
+    assert elsewhere(away, signals[1:]) == pytest.approx(elsewhere(right, signals[1:]))
+    heavy = replace(setting, zeta=setting.zeta * np.exp(-lost[setting.ratios]))
+    kept = both_errors(heavy.evaluate(lost), signals[:1], signals[1:])
+    assert kept.hold_out == pytest.approx(errors.hold_out)
