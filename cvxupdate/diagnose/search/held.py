@@ -17,7 +17,7 @@ import numpy as np
 from cvxupdate.diagnose.hypothesis import Hypothesis, at_nominal, seed_from
 from cvxupdate.diagnose.search.race import entered, merged, raced
 from cvxupdate.diagnose.search.several import busy
-from cvxupdate.diagnose.settings import FINE_SEVERAL, SEVERAL_LEVEL
+from cvxupdate.diagnose.settings import FINE_SEVERAL, SEVERAL_LEVEL, TRIAGED
 from cvxupdate.diagnose.types import Evidence, Key, Progress, Real, Score, Seed
 from cvxupdate.errors import CvxupdateError
 from cvxupdate.physics.effect import Effect
@@ -32,17 +32,19 @@ MOST, DECADES, HEARD = 3, np.logspace(-7.0, 2.0, 10), 0.3
 PARTS, BEGUN = (0.3, 1.0, 3.0, 10.0), 3
 
 
-def held(evidence: Evidence, progress: Progress) -> list[Hypothesis]:
+def held(evidence: Evidence, known: Sequence[Hypothesis], progress: Progress) -> list[Hypothesis]:
     """The supports, or classes of equal ones, of more than one direction that give way in two of
-    them and more; sharpened, and freed of what does nothing in them. Best first."""
+    them and more; sharpened, and freed of what does nothing in them. Best first. Where all the
+    directions of one together are left far behind what is ``known``, fewer of them are, too."""
     found: list[Hypothesis] = []
     bare = at_nominal(evidence, Hypothesis((), evidence.bases[-1]))
+    most = TRIAGED * min((h.penalised for h in known), default=np.inf)
     for own in supports(evidence.candidates(evidence.model, (GIVES_WAY,))):
         if evidence.hurried:
             evidence.leave(DIRECTIONS)
             break
         progress(f"seeking {DIRECTIONS}")
-        found += _grown(evidence, bare, own, progress)
+        found += _grown(evidence, bare, own, most, progress)
     several = raced(evidence, merged(found), FINE_SEVERAL, progress)
     return merged(several, busy(evidence, several, progress))
 
@@ -59,16 +61,19 @@ def supports(candidates: Sequence[Effect]) -> list[list[Effect]]:
 
 
 def _grown(
-    evidence: Evidence, bare: Hypothesis, own: Sequence[Effect], progress: Progress
+    evidence: Evidence, bare: Hypothesis, own: Sequence[Effect], most: float, progress: Progress
 ) -> list[Hypothesis]:
     """Sets of two directions and more of one support, begun at the best of a grid of sizes: alone
-    one stands for the others, too, so that its best size says nothing."""
+    one stands for the others, too, so that its best size says nothing. First all of them, and no
+    other set where these leave more than ``most``."""
     sizes = {e.key: p for e in own if (p := _heard(evidence, bare, e)) is not None}
     loudest = sorted((e for e in own if e.key in sizes), key=lambda e: sizes[e.key])[:MOST]
     out: list[Hypothesis] = []
-    for count in range(2, len(loudest) + 1):
+    for count in range(len(loudest), 1, -1):
         for some in combinations(loudest, count):
             out += entered(evidence, _begun(evidence, bare, some, sizes), progress)
+        if min((h.penalised for h in out), default=0.0) > most:
+            break
     return out
 
 

@@ -227,7 +227,9 @@ def _last(
     """Single effects with the other places of the likeliest; sets with supports that give way in
     several directions (a model far off from responses has its approach)."""
     by_modes = evidence.told_by == MODES
-    sets = merged(several, held(evidence, progress)) if by_modes else list(several)
+    sets = list(several)
+    if by_modes:
+        sets = merged(several, held(evidence, (*singles, *several), progress))
     return neighbours(evidence, singles, sets, progress), sets
 
 

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from cvxupdate.diagnose.gather import gathered
+from cvxupdate.diagnose.search import held as module
 from cvxupdate.diagnose.search.held import held, supports
+from cvxupdate.diagnose.settings import TRIAGED
 from cvxupdate.fe.build import build_model
 from cvxupdate.fe.modes import model_modes
 from cvxupdate.spec import load_problem
@@ -43,9 +46,26 @@ def test_a_clamp_that_moves_and_turns_is_one_thing(problem) -> None:
 def test_begun_where_the_grid_fits_best(problem) -> None:
     spec, model, recordings = open_problem(problem)
     evidence = gathered(spec, model, recordings, lambda text: None)
-    best = held(evidence, lambda text: None)[0]
+    best = held(evidence, (), lambda text: None)[0]
     assert {e.place.dof for e in best.effects} == {"z", "ry"}
     assert best.fit.misfit < 0.01 * evidence.bases[-1].misfit
+
+
+@pytest.mark.parametrize(("left", "tried"), [(29.0, 4), (31.0, 1)])
+def test_fewer_directions_are_not_sought_where_all_leave_far_more(monkeypatch, left, tried) -> None:
+    """All three together, and the pairs of them unless these are left behind what is known."""
+    own = [rig("grounding_spring", nodes=(1,), dof=dof) for dof in ("x", "z", "ry")]
+    seen: list[int] = []
+
+    def entered(evidence, seeds, progress):
+        seen.append(len(seeds))
+        return [SimpleNamespace(penalised=left)]
+
+    monkeypatch.setattr(module, "_heard", lambda evidence, bare, effect: 1.0)
+    monkeypatch.setattr(module, "_begun", lambda evidence, bare, some, sizes: list(some))
+    monkeypatch.setattr(module, "entered", entered)
+    module._grown(None, None, own, TRIAGED * 1.0, lambda text: None)
+    assert seen == [3, 2, 2, 2][:tried]
 
 
 def test_only_what_is_held_in_several_directions() -> None:
