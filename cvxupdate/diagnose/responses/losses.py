@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cvxupdate.diagnose.responses.signals import Complex, Real
+from cvxupdate.diagnose.settings import COMMON_DAMPING_STD, MODE_DAMPING_STD
 from cvxupdate.fe.block import Index
 from cvxupdate.fe.modes import Modes
 from cvxupdate.fe.synthesis.loss import Loss
@@ -26,6 +27,15 @@ def ratios_of(zeta: Real, common: float, own: Real, modes: Modes, owner: Index) 
     out[owner] = zeta * np.exp(np.minimum(common + own, 6.0))
     out[: modes.rigid] = 0.0
     return out
+
+
+def own_strain(common: float, own: Real) -> float:
+    """Squares of the modes' log damping ratios (damped,) in units of their usual scatter, about
+    what all of these have in common. That is not the fitted z₀ alone: modes above the band have no
+    other unknown, and may draw it away from those in the band, which then all make up for it."""
+    z = common + own
+    mean = np.sum(z) / (len(z) + (MODE_DAMPING_STD / COMMON_DAMPING_STD) ** 2)
+    return float(np.sum(((z - mean) / MODE_DAMPING_STD) ** 2))
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from scipy.optimize import linear_sum_assignment
 
 from cvxupdate.diagnose.nominal.mesh import NONE, MeshError
 from cvxupdate.diagnose.nominal.scatter import prior_scales
-from cvxupdate.diagnose.responses.losses import Losses, ratios_of
+from cvxupdate.diagnose.responses.losses import Losses, own_strain, ratios_of
 from cvxupdate.diagnose.responses.moving import NOTHING, Carried, driven
 from cvxupdate.diagnose.responses.signals import Complex, Real, Signal
 from cvxupdate.diagnose.settings import (
@@ -133,12 +133,8 @@ class ResponseSetting:
         return float(min(rows, 2 * modes + channels)), float(modes)
 
     def damping_strain(self, p: Real) -> float:
-        """Squares of the modes' own log damping ratios in units of their usual scatter, about what
-        they have in common. That is not the fitted z₀ alone: modes above the band have no other
-        unknown, and may draw it away from those in the band, which then all make up for it."""
-        z = p[self.ratios.start - 1 - self.mixed] + p[self.ratios]
-        weights = (MODE_DAMPING_STD / COMMON_DAMPING_STD) ** 2
-        return float(np.sum(((z - np.sum(z) / (len(z) + weights)) / MODE_DAMPING_STD) ** 2))
+        """That of `own_strain`."""
+        return own_strain(p[self.ratios.start - 1 - self.mixed], p[self.ratios])
 
     def on(self, signals: Sequence[Signal]) -> ResponseSetting:
         """The same against other signals."""
