@@ -18,7 +18,7 @@ from cvxupdate.diagnose.search.entries import first_pass, screened
 from cvxupdate.diagnose.search.exchange import crowded, exchanged, likeliest
 from cvxupdate.diagnose.search.grown import NOTHING, Grown, Seen, grown_from
 from cvxupdate.diagnose.search.held import held
-from cvxupdate.diagnose.search.neighbours import neighbours
+from cvxupdate.diagnose.search.neighbours import at_last, neighbours
 from cvxupdate.diagnose.search.race import merged, raced
 from cvxupdate.diagnose.search.rigs import beside_a_rig
 from cvxupdate.diagnose.search.several import busy, further, in_their_place, pairs, simpler
@@ -101,6 +101,7 @@ def search(evidence: Evidence, progress: Progress, seen: Seen = NOTHING) -> Foun
     else:
         smooth = Smooth(coarse, sharper, alone, grown.sets, grown.ahead, pattern)
         singles, several = _sharpened(evidence, smooth, progress)
+    several = merged(several, at_last(evidence, several, progress))
     return Found(
         tuple(best_of(*rankings)),
         tuple(settled(evidence, singles)),

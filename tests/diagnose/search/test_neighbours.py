@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import pytest
 
+from cvxupdate.diagnose.budget import Budget
 from cvxupdate.diagnose.gather import gathered
-from cvxupdate.diagnose.hypothesis import Hypothesis, seeds_from
-from cvxupdate.diagnose.search.neighbours import neighbours
-from cvxupdate.diagnose.search.race import entered, raced
+from cvxupdate.diagnose.hypothesis import Hypothesis, seeds_from, together
+from cvxupdate.diagnose.search.neighbours import FEW_PLACES, at_last, neighbours
+from cvxupdate.diagnose.search.race import entered, raced, refitted
 
 LUMP = 0.3  # kg at floor 3
 
@@ -49,3 +50,32 @@ def test_beside_likelier_sets_nothing_is_refitted(evidence):
     wrong, right = fitted(evidence, 2), fitted(evidence, 3)
     both = Hypothesis((*right.effects, *right.effects), right.fit)
     assert neighbours(evidence, [wrong], [both], quiet) == [wrong]
+
+
+@pytest.fixture(scope="module")
+def two(chain, lab, measure):
+    """A softer storey and a lump at floor 3, in a diagnosis whose time is over or not."""
+    real = lab(k=(1, 0.6, 1, 1), m=(0, 0, LUMP, 0))
+    held = measure(real, 4, "hold-out", seed=2)
+    return gathered(*chain, [measure(real, 1), held], quiet, budget=Budget())
+
+
+def storey_and_lump(evidence, node):
+    """Both, the lump at a node."""
+    bare = Hypothesis((), evidence.bases[0])
+    known = evidence.candidates(evidence.model, ("stiffness_change", "added_mass"))
+    storey = next(e for e in known if e.place.elements == (102,))
+    lump = next(e for e in known if e.physics == "added_mass" and e.place.nodes == (node,))
+    whole = together(evidence, bare, [storey, lump], 0.1)
+    return refitted(evidence, whole.onward, "sharp")
+
+
+def test_where_time_is_over_what_is_sought_is_still_compared_with_its_neighbours(two, monkeypatch):
+    wrong, right = storey_and_lump(two, 2), storey_and_lump(two, 3)
+    assert at_last(two, [wrong], quiet) == []  # there is time for all that is done then
+    monkeypatch.setattr(type(two), "hurried", True)
+    best = min(at_last(two, [wrong], quiet), key=lambda h: h.penalised)
+    assert best.keys == right.keys
+    assert best.fit.misfit == pytest.approx(right.fit.misfit, rel=0.1)
+    tried = at_last(two, [right], quiet)
+    assert all(h.penalised > 0.9 * right.penalised for h in tried) and len(tried) <= 2 * FEW_PLACES
