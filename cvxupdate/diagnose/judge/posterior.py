@@ -67,7 +67,7 @@ def favoured(
     field: Sequence[Weighed],
     likely: Real,
     model: Model,
-    beside: Collection[Key] = (),
+    beside: Collection[Key],
 ) -> bool:
     """Whether something else at one of the places is strongly favoured over an effect: by the
     likeliest hypotheses that have each; not what stands ``beside`` the effect."""
@@ -82,7 +82,7 @@ def support_at(
     field: Sequence[Weighed],
     likely: Real,
     model: Model,
-    beside: Collection[Key] = (),
+    beside: Collection[Key],
 ) -> float:
     """The probability of those hypotheses that have an effect of any type at one of the places, or
     around it; what stands ``beside`` it anyhow (an accelerometer at every node) says nothing of
