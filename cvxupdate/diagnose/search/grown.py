@@ -106,7 +106,7 @@ def grown_from(
     near |= bool(there) and there[0].fit.misfit <= HOPELESS * EXPLAINED
     far = left and far_off(coarse) and not near
     grown = merged(alone, there, guided(evidence, progress) if far else [])
-    if not grown or grown[0].penalised >= coarse[0].penalised:
+    if not grown or any(h.penalised <= grown[0].penalised for h in coarse[:1]):
         return Grown(grown)
     grown = merged(grown, further(evidence, grown, progress))
     return Grown(grown, True, confirmed(evidence, grown[0], seen))

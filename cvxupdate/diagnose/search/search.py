@@ -131,7 +131,7 @@ class Smooth:
             return False
         best = self.grown[0]
         near = best.fit.misfit <= OPEN * EXPLAINED
-        return near or HOPELESS * best.penalised <= self.coarse[0].penalised
+        return near or all(HOPELESS * best.penalised <= h.penalised for h in self.coarse[:1])
 
 
 def _sharpened(

@@ -1,0 +1,28 @@
+"""Sets that grow where no single effect comes near, on plain figures."""
+
+from __future__ import annotations
+
+import pytest
+
+from cvxupdate.diagnose.search import grown
+from cvxupdate.diagnose.search.grown import Grown, grown_from
+from cvxupdate.diagnose.search.search import Smooth
+from tests.cases.plain_evidence import PlainEvidence, PlainFit, effect, supposed
+
+A, B = effect(nodes=(1,)), effect(nodes=(2,))
+EVIDENCE = PlainEvidence((PlainFit(100.0),))
+PAIR, SINGLE = supposed(PlainFit(9.0), A, B), supposed(PlainFit(20.0), A)
+
+
+def test_what_a_rig_does_alone_is_ahead_where_no_single_effect_is_a_structure(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Time was over before another single effect than one that is none was fitted."""
+    monkeypatch.setattr(grown, "further", lambda evidence, sets, progress: [])
+
+    def sets(coarse: list[object]) -> Grown:
+        return grown_from(EVIDENCE, coarse, [PAIR], grown.NOTHING, print)  # type: ignore[arg-type]
+
+    assert sets([]).ahead and sets([SINGLE]).ahead and not sets([supposed(PlainFit(9.0), A)]).ahead
+    smooth = Smooth([], [], [PAIR], [PAIR], ahead=True, pattern=False)
+    assert smooth.reached, "nothing else is known"
