@@ -96,7 +96,7 @@ def judge(evidence: Evidence, found: Found) -> Judgement:
     lower = _fitted_from(decided)
     if lower is not None:
         decided = _decided(evidence, found, lower)
-    decided = _lightened(evidence, found, decided)
+    decided = _against_lighter(evidence, found, decided)
     if decided.findings or explained(decided.case.base, decided.case):
         return decided
     tried = (*decided.several, *decided.singles)
@@ -117,7 +117,7 @@ def _fitted_from(decided: Judgement) -> Hypothesis | None:
     return found if found is not None and found.fit.misfit < case.base.fit.misfit else None
 
 
-def _lightened(evidence: Evidence, found: Found, decided: Judgement) -> Judgement:
+def _against_lighter(evidence: Evidence, found: Found, decided: Judgement) -> Judgement:
     """Decided anew, with those that lack one of the claimed effects, fitted from where they are
     beside it and likelier than the whole, until what is claimed stays: those of them that were
     fitted from elsewhere had ended in another valley, and no effect is to be had for leading out
