@@ -23,13 +23,15 @@ from cvxupdate.diagnose.responses.evidence import ResponseEvidence
 from cvxupdate.diagnose.responses.levels import state_change as responses_change
 from cvxupdate.diagnose.responses.moving import NOTHING, Carried
 from cvxupdate.diagnose.results import Further
-from cvxupdate.diagnose.search.nearest import nearest, with_near
-from cvxupdate.diagnose.search.search import search
-from cvxupdate.diagnose.settings import CALIBRATED, LOOK, STRONG
+from cvxupdate.diagnose.search.completed import completed
+from cvxupdate.diagnose.search.nearest import Near, nearest, with_near
+from cvxupdate.diagnose.search.search import Found, search
+from cvxupdate.diagnose.settings import CALIBRATED, COMPLETED, LOOK, STRONG
 from cvxupdate.diagnose.types import Evidence, Progress
 from cvxupdate.errors import InputError
 from cvxupdate.fe.build import build_model
 from cvxupdate.fe.model import Model
+from cvxupdate.physics.effect import MODES
 from cvxupdate.recordings.corrections import corrected
 from cvxupdate.recordings.states import REFERENCE, parted
 from cvxupdate.recordings.types import Recording
@@ -127,9 +129,13 @@ def _sought(
     best = likeliest(judge(evidence, near.found))
     there = bool(best.hypothesis.effects)  # what was held out may refute the first ones
     if not there or not (near.enough or evidence.hurried):
-        found = with_near(search(evidence, tell), near.found)
-        best = likeliest(judge(evidence, found))
-    return evidence, best
+        near = Near(with_near(search(evidence, tell), near.found), near.enough)
+    judgement = judge(evidence, near.found)
+    if evidence.told_by == MODES:
+        first = [w.hypothesis for w in ranked(judgement)[:COMPLETED]]
+        more = Found(several=tuple(completed(evidence, first, tell)))
+        judgement = judge(evidence, with_near(near.found, more))
+    return evidence, likeliest(judgement)
 
 
 def _written(
@@ -190,13 +196,20 @@ def likeliest(judgement: Judgement) -> Weighed:
     strongly: every test has one, and both states have it in common; the nuisance parameters alone
     where there is none."""
     case: Case = judgement.case
+    tried = ranked(judgement)
+    best = tried[0]
+    rig = next((w for w in tried if w.hypothesis.effects and only_a_rig(w.hypothesis)), best)
+    return rig if log_odds(rig, case) >= log_odds(best, case) - STRONG / 2.0 else best
+
+
+def ranked(judgement: Judgement) -> list[Weighed]:
+    """All that were tried and rest on sizes that are there, likeliest first; the nuisance
+    parameters alone last."""
+    case: Case = judgement.case
     tried = [
         w
         for w in (*judgement.several, *judgement.singles)
         if (only_a_rig(w.hypothesis) or sound(w.hypothesis, case.evidence))
         and better(w, case.base, case)
     ]
-    best = max(tried, key=lambda w: log_odds(w, case), default=case.base)
-    rigs = [w for w in tried if only_a_rig(w.hypothesis)]
-    rig = max(rigs, key=lambda w: log_odds(w, case), default=best)
-    return rig if log_odds(rig, case) >= log_odds(best, case) - STRONG / 2.0 else best
+    return [*sorted(tried, key=lambda w: -log_odds(w, case)), case.base]

@@ -163,9 +163,9 @@ AGAIN = 1
 PARENTS, FEW_PARENTS, RIG_PARENTS = 4, 2, 3
 # Times the best single effect's misfit: further behind, none is tried as a first.
 CLOSE = 4.0
-# Seconds refitted that are carried on; best singles in whose place others are sought; exchanges
-# of one effect of the best set; alternatives that may take an effect's place.
-PARTNERS, MOVES, ROUNDS, ALTERNATIVES = 6, 2, 6, 6
+# Seconds refitted that are carried on; best singles in whose place others are sought; exchanges of
+# one effect of the best set; alternatives to an effect; sets of a reference that a rig completes.
+PARTNERS, MOVES, ROUNDS, ALTERNATIVES, COMPLETED = 6, 2, 6, 6, 4
 # Of a model that is far off: effects taken up beside each of so many sets (those of one type that
 # share a node count once: a joint beside a fixture stood behind seven others), how many are kept;
 # of what the bounded comparison leaves, the most that a further effect may leave: noise and scatter

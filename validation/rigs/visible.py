@@ -151,6 +151,8 @@ def _table(
     peak = np.max(np.abs(shapes[seen]), axis=0)
     target = shapes[seen] / peak
 
+    rows = len(f) * (1 + len(seen) + losses)
+
     def data(f: Real, z: Real, s: Real) -> Real:
         out = [np.log(f) / sf, (s / ss).ravel()]
         return np.concatenate([*out, np.log(z) / MEASURED] if losses else out)
@@ -158,6 +160,8 @@ def _table(
     def predict(x: Real) -> Real:
         g, y, others = _moved(structure, x, zeta).damped(places, 2.0 * case.top)
         pair = paired(f, shapes, g, others)
+        if len(pair) < len(f):  # far off some mode has left the band: no step goes there
+            return np.full(rows, np.inf)
         mine = others[seen][:, pair]
         scale = np.sum(mine * target, axis=0) / np.maximum(np.sum(mine**2, axis=0), 1e-300)
         return data(g[pair], y[pair], mine * scale)

@@ -56,6 +56,9 @@ from cvxupdate.physics.effect import MODES, RATIOS, Effect
 from cvxupdate.physics.fault import Fault
 from cvxupdate.residual.modal import ModalPoint
 
+# Shapes are displacements, whatever measured them; a vibrometer says velocity.
+WEIGH = ("acceleration", "displacement")
+
 
 @dataclass(frozen=True)
 class ModesEvidence(Linear):
@@ -143,7 +146,7 @@ class ModesEvidence(Linear):
 
         held = tuple((n, k) for n, k in self.supports if f"n{n}.{k}" not in model.place)
         channels = [c for t in self.tables.measured for c in t.channels]
-        heavy = tuple(dict.fromkeys(c.label for c in channels if c.quantity == "acceleration"))
+        heavy = tuple(dict.fromkeys(c.label for c in channels if c.quantity in WEIGH))
         own = elements_of(self.file or self.model)
         told = (self.tables.top, self.tables.bottom, (), held, released, zeta, heavy)
         return SearchContext(model, m.K, m.M, *told, own=own, undamped=True)
