@@ -56,9 +56,6 @@ from cvxupdate.physics.effect import MODES, RATIOS, Effect
 from cvxupdate.physics.fault import Fault
 from cvxupdate.residual.modal import ModalPoint
 
-# Shapes are displacements, whatever measured them; a vibrometer says velocity.
-WEIGH = ("acceleration", "displacement")
-
 
 @dataclass(frozen=True)
 class ModesEvidence(Linear):
@@ -145,11 +142,9 @@ class ModesEvidence(Linear):
             return regrown(self.release(node, kind), model)
 
         held = tuple((n, k) for n, k in self.supports if f"n{n}.{k}" not in model.place)
-        channels = [c for t in self.tables.measured for c in t.channels]
-        heavy = tuple(dict.fromkeys(c.label for c in channels if c.quantity in WEIGH))
         own = elements_of(self.file or self.model)
-        told = (self.tables.top, self.tables.bottom, (), held, released, zeta, heavy)
-        return SearchContext(model, m.K, m.M, *told, own=own, undamped=True)
+        told = (self.tables.top, self.tables.bottom, (), held, released, zeta)
+        return SearchContext(model, m.K, m.M, *told, self.tables.heavy, own=own, undamped=True)
 
     def candidates(self, model: Model, names: Sequence[str] | None = None) -> list[Effect]:
         """Every effect at every place of a model that the file has."""

@@ -83,6 +83,14 @@ class Tables:
         return any(t.shapes is not None for t in self.fit)
 
     @property
+    def heavy(self) -> tuple[str, ...]:
+        """Labels of channels whose sensors may weigh: shapes in a file are displacements, whatever
+        measured them."""
+        kinds = ("acceleration",) if self.seen else ("acceleration", "displacement")
+        channels = [c for t in self.measured for c in t.channels if c.quantity in kinds]
+        return tuple(dict.fromkeys(c.label for c in channels))
+
+    @property
     def kinds(self) -> int:
         """How many kinds of figures there are to test by themselves: frequencies, shapes, damping
         ratios where there are enough for a pattern."""

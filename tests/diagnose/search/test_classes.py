@@ -18,7 +18,9 @@ from cvxupdate.diagnose.search.classes import (
     on_a_rig,
     widest,
 )
+from cvxupdate.diagnose.search.completed import completed
 from cvxupdate.diagnose.search.nearest import nearest, with_near
+from cvxupdate.diagnose.search.race import refitted
 from cvxupdate.diagnose.search.search import Found
 from cvxupdate.fe.build import build_model
 from cvxupdate.fe.modes import model_modes
@@ -37,8 +39,9 @@ def quiet(text: str) -> None:
     """No progress."""
 
 
-def bridge(soft: bool, lump: float = 0.0):
-    """A beam that is held rigidly at both ends and in the middle; ``soft``: on springs there."""
+def bridge(soft: bool, lump: float = 0.0, each: float = 0.0):
+    """A beam that is held rigidly at both ends and in the middle; ``soft``: on springs there, with
+    a sensor of mass ``each`` at every node."""
     m = lines("beam2d", AT, chain(8), ["y", "rz"], BAR, STEEL)
     for b in m["elements"]:
         for r in b["rows"]:
@@ -54,13 +57,16 @@ def bridge(soft: bool, lump: float = 0.0):
         m["supports"] = [{"nodes": list(FEET), "dofs": ["y", "rz"]}]
     if lump:
         m["elements"].append({"type": "mass", "rows": [{"id": 90, "nodes": [7], "m": lump}]})
+    if each:
+        rows = [{"id": 200 + n, "nodes": [n], "m": each} for n in range(1, 10)]
+        m["elements"].append({"type": "mass", "rows": rows})
     return m
 
 
-def problem(folder, lump: float = 0.0):
+def problem(folder, lump: float = 0.0, each: float = 0.0, quantity: str = "displacement"):
     """The rigid one, with six modes of the soft one."""
     real = folder / "real.toml"
-    real.write_text(f"model = {toml(bridge(True, lump))}\n", encoding="utf-8")
+    real.write_text(f"model = {toml(bridge(True, lump, each))}\n", encoding="utf-8")
     model = build_model(replace(load_problem(real), update=None))
     modes, rng = model_modes(model, 6), np.random.default_rng(2)
     channels = [f"n{n}.y" for n in range(1, 10)]
@@ -71,8 +77,7 @@ def problem(folder, lump: float = 0.0):
     table = {
         "kind": "modes",
         "channels": [
-            {"node": n, "dof": "y", "quantity": "displacement", "column": n - 1}
-            for n in range(1, 10)
+            {"node": n, "dof": "y", "quantity": quantity, "column": n - 1} for n in range(1, 10)
         ],
         "rows": [
             {"frequency": float(x), "frequency_std": float(1e-3 * x), "shape": r.tolist()}
@@ -148,6 +153,25 @@ def test_a_set_is_freed_of_what_it_is_likelier_without(evidence) -> None:
     assert len(whole.effects) > len(best.effects)
     assert {e.place.dof for e in lightened(evidence, whole)[-1].effects} == {"y", "rz"}
     assert lightened(evidence, best) == []
+
+
+def test_what_else_a_rig_does_completes_what_brings_a_model_near(tmp_path) -> None:
+    """Accelerometers weigh, whatever quantity their shapes are said to be."""
+    found = problem(tmp_path, each=0.1)
+    bare = Hypothesis((), found.bases[-1])
+    feet = [e for e in widest(found.candidates(found.model)) if e.physics == "grounding_spring"]
+    near = refitted(found, together(found, bare, feet, 0.1).onward, "sharp")
+    assert near is not None and {e.physics for e in near.effects} == {"grounding_spring"}
+    sets = completed(found, [near], quiet)
+    best = max(sets, key=merit)
+    said = {e.physics: v for e, v in zip(best.effects, best.values, strict=True)}
+    assert said["sensor_mass"]["m"] == pytest.approx(0.1, rel=0.2)
+    assert merit(best) > merit(near) + 5.0
+
+
+def test_a_vibrometer_weighs_nothing(tmp_path) -> None:
+    found = problem(tmp_path, each=0.1, quantity="velocity")
+    assert "sensor_mass" not in {e.physics for e in found.candidates(found.model)}
 
 
 def test_the_widest_of_each_effect_and_direction() -> None:
