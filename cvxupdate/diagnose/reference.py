@@ -24,7 +24,7 @@ from cvxupdate.diagnose.responses.levels import state_change as responses_change
 from cvxupdate.diagnose.responses.moving import NOTHING, Carried
 from cvxupdate.diagnose.results import Further
 from cvxupdate.diagnose.search.completed import completed
-from cvxupdate.diagnose.search.nearest import Near, nearest, with_near
+from cvxupdate.diagnose.search.nearest import nearest, with_near
 from cvxupdate.diagnose.search.search import Found, search
 from cvxupdate.diagnose.settings import CALIBRATED, COMPLETED, LOOK, STRONG
 from cvxupdate.diagnose.types import Evidence, Progress
@@ -126,15 +126,15 @@ def _sought(
     everything = replace(spec, diagnose=spec.diagnose.model_copy(update={"physics": None}))
     evidence = gathered(everything, model, its, tell, budget=budget.part(LOOK))
     near = nearest(evidence, tell)
-    best = likeliest(judge(evidence, near.found))
-    there = bool(best.hypothesis.effects)  # what was held out may refute the first ones
+    found, judgement = near.found, judge(evidence, near.found)
+    there = bool(likeliest(judgement).hypothesis.effects)  # what was held out may refute the first
     if not there or not (near.enough or evidence.hurried):
-        near = Near(with_near(search(evidence, tell), near.found), near.enough)
-    judgement = judge(evidence, near.found)
+        found = with_near(search(evidence, tell), found)
+        judgement = judge(evidence, found)
     if evidence.told_by == MODES:
         first = [w.hypothesis for w in ranked(judgement)[:COMPLETED]]
         more = Found(several=tuple(completed(evidence, first, tell)))
-        judgement = judge(evidence, with_near(near.found, more))
+        judgement = judge(evidence, with_near(found, more)) if more.several else judgement
     return evidence, likeliest(judgement)
 
 

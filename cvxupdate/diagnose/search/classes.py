@@ -93,6 +93,12 @@ def lightened(evidence: Evidence, whole: Hypothesis) -> list[Hypothesis]:
         whole = found
 
 
+def sharpened(evidence: Evidence, whole: Hypothesis, progress: Progress) -> list[Hypothesis]:
+    """A set on the sharp recordings, and without what it is likelier without; the lightest last."""
+    sharp = raced(evidence, [whole], ((evidence.levels - 1, 1),), progress)
+    return [*sharp, *(lighter for h in sharp for lighter in lightened(evidence, h))]
+
+
 def widest(candidates: Sequence[Effect]) -> list[Effect]:
     """Of what a rig does with one unknown, by effect and direction the one at most places."""
     most: dict[tuple[str, str | None], Effect] = {}

@@ -6,11 +6,11 @@ from dataclasses import dataclass, replace
 
 from cvxupdate.diagnose.hypothesis import Hypothesis
 from cvxupdate.diagnose.search.backward import merit
-from cvxupdate.diagnose.search.classes import alike_everywhere, lightened, on_a_rig
+from cvxupdate.diagnose.search.classes import alike_everywhere, on_a_rig, sharpened
 from cvxupdate.diagnose.search.driven import settled, shaken
 from cvxupdate.diagnose.search.grown import carried
 from cvxupdate.diagnose.search.guided import brought_near
-from cvxupdate.diagnose.search.race import merged, raced, tenable
+from cvxupdate.diagnose.search.race import merged, tenable
 from cvxupdate.diagnose.search.search import Found, names_tried
 from cvxupdate.diagnose.settings import EXPLAINED, HOPELESS, SEVERAL_LEVEL
 from cvxupdate.diagnose.types import Evidence, Progress, Seed
@@ -82,8 +82,6 @@ def by_modes(evidence: Evidence, progress: Progress) -> tuple[list[Hypothesis], 
             whole = Hypothesis(whole.effects, fit)
     except CvxupdateError:
         return [], False
-    found = [whole] if tenable(evidence, whole) else []
-    sharp = raced(evidence, found, ((evidence.levels - 1, len(found)),), progress)
-    lighter = [x for h in sharp for x in lightened(evidence, h)]
-    ranked = sorted(merged(sharp, lighter), key=merit, reverse=True)
+    found = sharpened(evidence, whole, progress) if tenable(evidence, whole) else []
+    ranked = sorted(merged(found), key=merit, reverse=True)
     return ranked, bool(ranked) and modes.clear(told[0].fit)

@@ -17,8 +17,8 @@ import numpy as np
 from cvxupdate.diagnose.hypothesis import Hypothesis, only_a_rig
 from cvxupdate.diagnose.search.approach import Approach
 from cvxupdate.diagnose.search.backward import backward
-from cvxupdate.diagnose.search.classes import at_once, lightened
-from cvxupdate.diagnose.search.race import merged, raced, tenable
+from cvxupdate.diagnose.search.classes import at_once, sharpened
+from cvxupdate.diagnose.search.race import merged, tenable
 from cvxupdate.diagnose.settings import MOUNTS, SEVERAL_LEVEL
 from cvxupdate.diagnose.types import Evidence, Progress, Seed
 from cvxupdate.errors import CvxupdateError
@@ -44,7 +44,7 @@ def a_rig_alone(
         return [h for h in found if len(h.effects) > 1 and evidence.clear(h.fit)]
     progress("seeking what a rig alone would explain")
     whole = _alone(evidence, approach)
-    found = [] if whole is None else _freed(evidence, whole, progress)
+    found = [] if whole is None else sharpened(evidence, whole, progress)
     return [h for h in found[-1:] if len(h.effects) > 1]
 
 
@@ -72,15 +72,9 @@ def beside_a_rig(
     for h in whole:
         if h is None or evidence.hurried:
             continue
-        tried = _freed(evidence, h, progress)
+        tried = sharpened(evidence, h, progress)
         out += [*tried, *backward(evidence, tried[-1] if tried else h, progress)[1]]
     return merged(out)
-
-
-def _freed(evidence: Evidence, whole: Hypothesis, progress: Progress) -> list[Hypothesis]:
-    """A set sharpened, and without what does little in it; the lightest last."""
-    sharp = raced(evidence, [whole], ((evidence.levels - 1, 1),), progress)
-    return [*sharp, *(lighter for h in sharp for lighter in lightened(evidence, h))]
 
 
 def _alone(evidence: Evidence, approach: Approach) -> Hypothesis | None:
