@@ -6,7 +6,8 @@ from collections.abc import Collection, Sequence
 
 import numpy as np
 
-from cvxupdate.diagnose.hypothesis import Hypothesis
+from cvxupdate.diagnose.hypothesis import Figures, Hypothesis
+from cvxupdate.diagnose.settings import SIZED
 from cvxupdate.fe.model import Model
 from cvxupdate.physics.effect import Effect
 from cvxupdate.physics.place import Place
@@ -52,6 +53,14 @@ def spread_over(
             off = figures.values[name] - value
             squares[name] += (off**2 + figures.deviations[name] ** 2) / behind
     return {name: float(np.sqrt(square / whole)) for name, square in squares.items()}
+
+
+def of_a_change(effect: Effect, figures: Figures, spread: dict[str, float]) -> dict[str, float]:
+    """Deviations ``spread`` of a change from a reference state, with what the model makes of every
+    change: shapes that are off bend it in all modes alike, and no further mode tells."""
+    nothing = {q.name: q.nothing or 0.0 for q in effect.figures}
+    sizes = {name: abs(figures.values[name] - at) for name, at in nothing.items()}
+    return {name: float(np.hypot(std, SIZED * sizes[name])) for name, std in spread.items()}
 
 
 def _same(one: Effect, other: Effect) -> bool:

@@ -19,7 +19,7 @@ from cvxupdate.diagnose.judge.acceptance import (
     saturated,
     weighed,
 )
-from cvxupdate.diagnose.judge.alternatives import equivalents, spread_over
+from cvxupdate.diagnose.judge.alternatives import equivalents, of_a_change, spread_over
 from cvxupdate.diagnose.judge.confidence import Standing, certainty_of_groups, standing
 from cvxupdate.diagnose.judge.graded import Graded, graded
 from cvxupdate.diagnose.judge.groups import group_findings, loose_groups
@@ -242,6 +242,8 @@ def _findings(
         untold = standings[k].untold
         pairs = [(w.hypothesis, b) for w, b in zip(near, behind, strict=True)]
         spread = spread_over(k, h, alike, pairs)
+        if case.evidence.file is not None:
+            spread = of_a_change(effect, figures, spread)
         finding = Finding.of(
             effect,
             figures.values,

@@ -8,9 +8,11 @@ from cvxupdate.diagnose.judge.alternatives import (
     equivalents,
     has,
     nodes_of,
+    of_a_change,
     overlapping,
     spread_over,
 )
+from cvxupdate.diagnose.settings import SIZED
 from cvxupdate.diagnose.types import Errors
 from cvxupdate.physics.place import Place
 from tests.cases.plain_evidence import (
@@ -53,6 +55,14 @@ def test_a_size_is_as_sure_as_the_places_hardly_told_from_its_own_let_it_be() ->
     spread = spread_over(0, best, [c], near)
     assert spread["factor"] == pytest.approx(((0.1**2 + (0.4**2 + 0.2**2) / 4.0) / 1.25) ** 0.5)
     assert spread_over(0, best, [], near)["factor"] == pytest.approx(0.1)
+
+
+def test_a_change_is_known_no_better_than_what_the_model_makes_of_changes() -> None:
+    """Masses beside a reference were off by seven of their deviations (the laboratory's 2606)."""
+    h = supposed(BEST, effect(nodes=(1,)), size=0.5, std=0.001)
+    spread = of_a_change(h.effects[0], h.figures[0], {"factor": 0.001})
+    assert spread["factor"] == pytest.approx((0.001**2 + (SIZED * 0.5) ** 2) ** 0.5)
+    assert of_a_change(h.effects[0], h.figures[0], {"factor": 0.3})["factor"] < 0.301
 
 
 def test_a_place_at_which_a_size_has_no_limit_says_nothing_of_it() -> None:
