@@ -27,8 +27,8 @@ class Budget:
     whether the search was ended by it, ``undone`` what was left and how much of it (0: all);
     ``jobs`` processes refit at a time."""
 
-    computing: float = BUDGET
-    clock: float = WALL
+    computing: float = field(default_factory=lambda: BUDGET)
+    clock: float = field(default_factory=lambda: WALL)
     stopped: bool = False
     undone: dict[str, int] = field(default_factory=dict)
     jobs: int = field(default_factory=processors)

@@ -66,7 +66,7 @@ SHEARS = "shear_deformation"
 class Guide:
     """How a model that is far off is brought near: by a comparison that no line can dominate
     (`cvxupdate.diagnose.responses.bounded`). ``stocky``: theory wants shear of its beams;
-    ``known``: what a rig does alone, which is asked for more than once."""
+    ``known``: what is asked for more than once."""
 
     evidence: Evidence
     stocky: bool = False

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import Any, Protocol
 
 from cvxupdate.diagnose.fit import Fit
 from cvxupdate.diagnose.hypothesis import Hypothesis
@@ -11,6 +11,10 @@ from cvxupdate.diagnose.types import Seed
 
 class Approach(Protocol):
     """A comparison that no figure can dominate, however far off the model is."""
+
+    @property
+    def known(self) -> dict[object, Any]:
+        """What was worked out once, and will be asked for again."""
 
     def begun(self) -> Hypothesis:
         """What sets grow on: the model with nominal nuisance parameters and what theory wants."""

@@ -10,7 +10,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from cvxupdate.diagnose.hypothesis import Hypothesis, of_a_rig, together
+import numpy as np
+
+from cvxupdate.diagnose.hypothesis import Hypothesis, of_a_rig, price, together
 from cvxupdate.diagnose.search.backward import backward, freed, merit
 from cvxupdate.diagnose.search.beside import beside
 from cvxupdate.diagnose.search.race import entered, merged, raced, refitted
@@ -55,8 +57,20 @@ def on_a_rig(evidence: Evidence, progress: Progress) -> list[Hypothesis]:
     last = evidence.levels - 1
     near = entered(evidence, beside(evidence, whole, level=last), progress)
     near = raced(evidence, near, ((last, PARTNERS),), progress)
-    lighter = [lighter for h in near for lighter in lightened(evidence, h)]
-    return sorted(merged(found, near, lighter), key=merit, reverse=True)
+    return sorted(merged(found, near, _lightest(evidence, near)), key=merit, reverse=True)
+
+
+def _lightest(evidence: Evidence, sets: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """Sets without what they are likelier without, as far as any could then be the likeliest: what
+    is freed explains no more, and saves no more than all of its unknowns cost."""
+    out, best = list[Hypothesis](), -np.inf
+    for h in sorted(sets, key=merit, reverse=True):
+        best = max(best, merit(h))
+        if merit(h) + price(h.unknowns, h.fit.independent) > best:
+            freer = lightened(evidence, h)
+            out += freer
+            best = max([best, *map(merit, freer)])
+    return out
 
 
 def at_once(evidence: Evidence, progress: Progress, again: bool = True) -> list[Hypothesis]:

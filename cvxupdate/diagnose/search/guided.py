@@ -96,7 +96,12 @@ class _Growth:
     budget: Budget
 
     def found(self) -> list[Reached]:
-        """The nearest sets, nearest first."""
+        """The nearest sets, nearest first; a reference asks for them twice."""
+        if GROWN not in self.approach.known:
+            self.approach.known[GROWN] = self._found()
+        return list(self.approach.known[GROWN])
+
+    def _found(self) -> list[Reached]:
         front = self._begun()
         tried: set[frozenset[Key]] = set()
         while front and room(self.evidence, front[0].hypothesis):
@@ -225,11 +230,6 @@ class _Growth:
         rest = without(self.evidence, h, *indices) if fit is None else Hypothesis(h.effects, fit)
         return np.inf if rest is None else self.approach.left(rest)
 
-    def _explains(self, carried: Sequence[Hypothesis]) -> bool:
-        """Whether the best leaves no more than the discrepancy of a sound model; what it leaves
-        beyond noise is sought by weighted squares."""
-        return bool(carried) and carried[0].fit.misfit <= OPEN * EXPLAINED
-
     def _carried(self, sets: Sequence[Reached]) -> list[Hypothesis]:
         """Brought nearer level by level, then by weighted squares, beside the sharp recordings;
         best first."""
@@ -259,7 +259,7 @@ class _Growth:
         known = self._carried([r for r in sets if r.hypothesis.effects])
         if not known:
             return []
-        explains = self._explains(known)
+        explains = known[0].fit.misfit <= OPEN * EXPLAINED
         kept, fewer = backward(self.evidence, known[0], self.progress)
         settled = {h.keys for h in (*known, *fewer)}
         pool = Pool(self.evidence, self.progress, {h.keys: h for h in known}, settled)
