@@ -32,6 +32,7 @@ _SINGULAR = (
     "element or support."
 )
 TOGETHER = 4  # columns solved for at a time: of 2 to 12 the fastest at 1e4 to 3e5 DOFs
+FEW = 0.25  # of all: LAPACK's search for single ones is sooner done up to there (60 to 500 DOFs)
 _EXTRA = 3  # modes beyond those wanted, among which a gap is sought for the Sturm count
 
 
@@ -174,13 +175,13 @@ def _dense(problem: Problem, count: int, attempt: int = 0) -> tuple[Real, Real]:
         mu, x = la.eigh(
             problem.mass.toarray() - carried,
             stiffness,
-            # all of them by divide and conquer, which takes a third of the time
-            subset_by_index=None if count >= n else [n - count, n - 1],
+            # many of them sooner among all, by divide and conquer
+            subset_by_index=None if count >= FEW * n else [n - count, n - 1],
             check_finite=False,
         )
     except la.LinAlgError:
         return _dense(_shifted(problem, attempt), count, attempt + 1)
-    return _ascending(problem, mu, x, count)
+    return _ascending(problem, mu[-count:], x[:, -count:], count)
 
 
 def _few_masses(problem: Problem, count: int, heavy: Index, attempt: int = 0) -> tuple[Real, Real]:
