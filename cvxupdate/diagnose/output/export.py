@@ -40,10 +40,12 @@ what it gains between them it then loses there."""
 
 
 def with_damping(model: Updated, damped: tuple[Model, float] | None) -> Updated:
-    """With an effect of damping beside, whose model has one more parameter."""
+    """With an effect of damping beside, whose model has one more parameter, the last; of the others
+    those that a file has words for."""
     if damped is None:
         return model
     grown, size = damped
+    grown = grown.with_parameters((*model.model.parameters, grown.parameters[-1]))
     return replace(model, model=grown, p=np.append(model.p, size))
 
 

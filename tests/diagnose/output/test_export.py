@@ -15,7 +15,7 @@ from cvxupdate.diagnose.fit import Fit
 from cvxupdate.diagnose.gather import gathered
 from cvxupdate.diagnose.modes.setting import setting_of
 from cvxupdate.diagnose.nominal.damping import undamped
-from cvxupdate.diagnose.output.export import problem_file, updated_problem
+from cvxupdate.diagnose.output.export import problem_file, updated_problem, with_damping
 from cvxupdate.diagnose.results import Further, Updated
 from cvxupdate.errors import ModelError
 from cvxupdate.fe.build import build_model
@@ -323,6 +323,26 @@ def test_modal_damping_is_that_of_the_diagnosis(tmp_path: Path) -> None:
     np.testing.assert_allclose(
         plain.toarray(), air.change.model.matrices(p).C.toarray(), rtol=1e-12
     )
+
+
+def test_a_damper_beside_goes_with_what_a_file_has_words_for(tmp_path: Path) -> None:
+    """A plate whose sheets were fitted with theory that no file says, and a damper on it, ended in
+    an error (the laboratory's table 2735)."""
+    spec = problem(tmp_path, PLATE)
+    model = nuisance(undamped(build_model(spec)))
+    damper = next(iter(candidates_of(context_of(spec, model), ("viscous_damper",))))
+    assert damper.change is not None
+    said = model.with_parameters(model.parameters[1:])
+    found = with_damping(
+        Updated(said, np.full(len(said.parameters), 0.1)), (damper.change.model, 3.0)
+    )
+    names = [q.name for q in said.parameters]
+    assert [q.name for q in found.model.parameters] == [
+        *names,
+        damper.change.model.parameters[-1].name,
+    ]
+    assert found.p.tolist() == [*[0.1] * len(names), 3.0]
+    assert "damper" in problem_file(spec, found).text
 
 
 MODES = """
