@@ -78,19 +78,24 @@ def at_once(evidence: Evidence, progress: Progress, again: bool = True) -> list[
     what the evidence is better without (``again``: fitted without each of its parts, where it does
     not explain); likeliest first. Nothing where a rig has no part."""
     progress("fitting all that a rig does everywhere at once")
-    bare = Hypothesis((), evidence.bases[-1])
-    every = widest(evidence.candidates(evidence.model))
-    ways = [every, [e for e in every if e.physics != JOINTS]]
-    wholes = [together(evidence, bare, way, BEGUN) for way in ways if way]
-    fits = [refitted(evidence, h.onward, "sharp") for h in wholes if h.effects]
-    found = sorted((h for h in fits if h is not None), key=merit, reverse=True)
-    if not found:
+    tried = at_once_beside(evidence, Hypothesis((), evidence.bases[-1]))
+    if not tried:
         return []
-    tried = [*found, *lightened(evidence, found[0])]
     best = max(tried, key=merit)
     if again and not evidence.clear(best.fit) and len(best.effects) > 1:
         tried += backward(evidence, best, progress)[1]
     return sorted(merged(tried), key=merit, reverse=True)
+
+
+def at_once_beside(evidence: Evidence, parent: Hypothesis) -> list[Hypothesis]:
+    """A parent with all that a rig does everywhere, with and without the joints, the likelier one
+    freed of what the evidence is better without."""
+    rig = [e for e in widest(evidence.candidates(evidence.model)) if e.key not in parent.keys]
+    ways = [rig, [e for e in rig if e.physics != JOINTS]]
+    wholes = [together(evidence, parent, way, BEGUN) for way in ways if way]
+    fits = [refitted(evidence, h.onward, "sharp") for h in wholes if h.effects]
+    found = sorted((h for h in fits if h is not None), key=merit, reverse=True)
+    return [*found, *lightened(evidence, found[0])] if found else []
 
 
 def lightened(evidence: Evidence, whole: Hypothesis) -> list[Hypothesis]:
