@@ -3,7 +3,8 @@ order."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 from copy import copy
 
 import numpy as np
@@ -24,6 +25,8 @@ from cvxupdate.residual.derivatives import (
 )
 from cvxupdate.residual.shape_rows import Index
 
+SMALL = 300  # DOFs up to which LAPACK solves sooner than sparse factors (78 to 270 DOFs: 4 to 1.1)
+
 __all__ = [
     "Derivatives",
     "adjoint_shapes",
@@ -31,6 +34,7 @@ __all__ = [
     "eigenvalue_derivatives",
     "forms",
     "functional_derivatives",
+    "of_functionals",
     "padded",
     "second_derivatives",
     "shape_derivatives",
@@ -103,9 +107,24 @@ def functional_derivatives(
 ) -> Real:
     """∂(gᵀφ)/∂p_j = −yᵀ(∂K − λ∂M) φ − ½ gᵀφ φᵀ∂Mφ of functionals g (N, r), (r, parameters), with
     the adjoint shapes ``y`` (N, r) of `adjoint_shapes` or `residual.nelson`."""
-    dK, dM = forms(y, shape[:, None], derivatives)
-    own = forms(shape[:, None], shape[:, None], derivatives)[1]
-    return np.asarray(eigenvalue * dM - dK - 0.5 * (g.T @ shape)[:, None] * own)
+    return of_functionals([(eigenvalue, shape, g, y)], derivatives)[0]
+
+
+def of_functionals(
+    each: Sequence[tuple[float, Real, Real, Real]], derivatives: Derivatives
+) -> list[Real]:
+    """`functional_derivatives` of several modes, their forms taken together."""
+    if not each:
+        return []
+    phi = np.column_stack([shape for _, shape, _, _ in each])
+    owner = np.repeat(np.arange(len(each)), [y.shape[1] for _, _, _, y in each])
+    dK, dM = forms(np.hstack([y for _, _, _, y in each]), phi[:, owner], derivatives)
+    own = forms(phi, phi, derivatives)[1]
+    return [
+        np.asarray(value * dM[at] - dK[at] - 0.5 * (g.T @ shape)[:, None] * own[k])
+        for k, (value, shape, g, _) in enumerate(each)
+        for at in [owner == k]
+    ]
 
 
 def adjoint_shapes(
@@ -189,9 +208,17 @@ def _less(m: Matrices, eigenvalue: float) -> sp.csc_array:
     return out
 
 
+def _densely(A: sp.csc_array, b: Real) -> Real | None:
+    """A⁻¹ b by LAPACK; None where A is singular."""
+    with suppress(np.linalg.LinAlgError):
+        return np.asarray(np.linalg.solve(A.toarray(), b))
+    return None
+
+
 def _solved(A: sp.csc_array, b: Real) -> Real:
-    """A⁻¹ b of a symmetric indefinite A: pivots on the diagonal (least fill) and one refinement
-    where that leaves more than rounding; with pivoting where that is not enough.
+    """A⁻¹ b of a symmetric indefinite A: densely of a small one; pivots on the diagonal (least
+    fill) and one refinement where that leaves more than rounding; with pivoting where that is not
+    enough.
 
     Raises
     ------
@@ -199,6 +226,10 @@ def _solved(A: sp.csc_array, b: Real) -> Real:
         When A is singular.
     """
     size, largest = np.abs(b).max(initial=0.0) or 1.0, np.abs(A.data).max(initial=0.0)
+    if len(b) <= SMALL:
+        x = _densely(A, b)
+        if x is not None and np.abs(b - A @ x).max(initial=0.0) <= 1e-10 * size:
+            return x
     what = "K − λM, held where the mode moves most, of a repeated eigenvalue"
     for pivot in (False, True):
         try:

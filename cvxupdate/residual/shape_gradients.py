@@ -15,7 +15,7 @@ from cvxupdate.fe.modes import Modes
 from cvxupdate.residual.eigen import (
     Derivatives,
     adjoint_shapes,
-    functional_derivatives,
+    of_functionals,
     shape_motion,
 )
 from cvxupdate.residual.nelson import SharedSolver
@@ -85,7 +85,8 @@ def shape_gradients(
     ]
     few = [len(g) <= min(FEW, derivatives.count) for g in gradients]
     shared = _shared(shapes, gradients, few, modes, solved)
-    out, solutions = [], []
+    own, solutions = dict[int, Real](), list[Real]()
+    adjoint: dict[int, tuple[float, Real, Real, Real]] = {}
     for k, (s, gradient) in enumerate(zip(shapes, gradients, strict=True)):
         lam, phi = float(modes.eigenvalues[s.place]), modes.shapes[:, s.place]
         mates = next((at[at != s.place] for at in together if s.place in at), None)
@@ -93,14 +94,15 @@ def shape_gradients(
         if len(gradient) <= derivatives.count:
             g = _spread(gradient, s.sensors, len(phi))
             y = shared[k] if k in shared else adjoint_shapes(m, lam, phi, g, others)
-            out.append(functional_derivatives(lam, phi, g, y, derivatives))
+            adjoint[k] = lam, phi, g, y
             solutions.append(y)
         else:
             solve = _own(m, lam, phi, others)
             moved = shape_motion(modes, s.place, solve, m, derivatives)
-            out.append(np.asarray(gradient @ moved[s.sensors]))
+            own[k] = np.asarray(gradient @ moved[s.sensors])
             solutions.append(moved)
-    return out, solutions
+    own.update(zip(adjoint, of_functionals([*adjoint.values()], derivatives), strict=True))
+    return [own[k] for k in range(len(shapes))], solutions
 
 
 def _own(m: Matrices, lam: float, phi: Real, others: Real | None) -> Callable[[Real], Real]:
