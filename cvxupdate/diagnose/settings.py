@@ -159,13 +159,13 @@ BEHIND, ABREAST, TRIAGED = 10.0, 3.0, 30.0
 CLEAR = 0.25
 # Level at which a fit that leaves more is begun a second time, from the nominal model.
 AGAIN = 1
-# Single effects beside which a second is sought; where the mesh may leave as much; of rigs.
+# Single effects beside which a second is sought; where the mesh alone may leave as much; of rigs.
 PARENTS, FEW_PARENTS, RIG_PARENTS = 4, 2, 3
 # Times the best single effect's misfit: further behind, none is tried as a first.
 CLOSE = 4.0
-# Seconds refitted that are carried on; best singles in whose place others are sought; exchanges in
-# the best set; alternatives to an effect; sets of a reference, and singles, that a rig completes.
-PARTNERS, MOVES, ROUNDS, ALTERNATIVES, COMPLETED, BESIDE_ALL = 6, 2, 6, 6, 4, 8
+# Seconds refitted that are carried on; best singles in whose place others are sought; exchanges of
+# one effect of the best set; alternatives to an effect; sets of a reference that a rig completes.
+PARTNERS, MOVES, ROUNDS, ALTERNATIVES, COMPLETED = 6, 2, 6, 6, 4
 # Of a model that is far off: effects taken up beside each of so many sets (those of one type that
 # share a node count once: a joint beside a fixture stood behind seven others), how many are kept;
 # of what the bounded comparison leaves, the most that a further effect may leave: noise and scatter

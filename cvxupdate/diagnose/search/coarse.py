@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from cvxupdate.diagnose.hypothesis import Hypothesis
+from cvxupdate.diagnose.hypothesis import Hypothesis, only_a_rig
 from cvxupdate.diagnose.search.beside import narrow
 from cvxupdate.diagnose.search.race import entered, merged, raced
 from cvxupdate.diagnose.search.rigs import a_rig_alone
@@ -56,8 +56,9 @@ def _sharper(
 
 
 def enough_alone(evidence: Evidence, alone: Sequence[Hypothesis]) -> bool:
-    """Whether what a rig does alone leaves nothing else to seek."""
-    return any(evidence.clear(h.fit) for h in alone)
+    """Whether what a rig does alone leaves nothing else to seek; what it does beside something else
+    does not, for another rig may be all."""
+    return any(evidence.clear(h.fit) and only_a_rig(h) for h in alone)
 
 
 def far_off(coarse: Sequence[Hypothesis]) -> bool:

@@ -9,7 +9,7 @@ from typing import Protocol
 
 import numpy as np
 
-from cvxupdate.diagnose.hypothesis import Hypothesis, together
+from cvxupdate.diagnose.hypothesis import Hypothesis, only_a_rig, together
 from cvxupdate.diagnose.search.coarse import enough_alone, far_off
 from cvxupdate.diagnose.search.exchange import as_fitted
 from cvxupdate.diagnose.search.guided import guided
@@ -94,7 +94,20 @@ def grown_from(
     progress: Progress,
 ) -> Grown:
     """Sets that grow where no single effect comes near, what a rig does ``alone``, and where that
-    is not enough what was ``seen``."""
+    is not enough what was ``seen``. What a rig does beside something else is one of them, and no
+    end of the search."""
+    rig = [h for h in alone if only_a_rig(h)]
+    grown = _grown_from(evidence, coarse, rig, seen, progress)
+    return replace(grown, sets=merged(grown.sets, [h for h in alone if h not in rig]))
+
+
+def _grown_from(
+    evidence: Evidence,
+    coarse: Sequence[Hypothesis],
+    alone: Sequence[Hypothesis],
+    seen: Seen,
+    progress: Progress,
+) -> Grown:
     left = leaves_much(evidence, coarse, alone)
     open_ = bool(coarse) and coarse[0].fit.misfit > EXPLAINED
     if (left and (seen.calm or seen.damper is not None)) or (open_ and seen.met):

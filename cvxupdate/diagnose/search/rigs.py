@@ -19,7 +19,7 @@ from cvxupdate.diagnose.search.approach import Approach
 from cvxupdate.diagnose.search.backward import backward, merit
 from cvxupdate.diagnose.search.classes import at_once, at_once_beside, sharpened
 from cvxupdate.diagnose.search.race import merged, tenable
-from cvxupdate.diagnose.settings import BESIDE_ALL, MOUNTS, SEVERAL_LEVEL
+from cvxupdate.diagnose.settings import MOUNTS, PARENTS, SEVERAL_LEVEL
 from cvxupdate.diagnose.types import Evidence, Progress, Seed
 from cvxupdate.errors import CvxupdateError
 from cvxupdate.forked import Ahead, every
@@ -57,7 +57,7 @@ def _everywhere(
     found = at_once(evidence, progress, False)
     if any(evidence.clear(h.fit) for h in found):
         return found
-    for h in singles[:BESIDE_ALL]:
+    for h in singles[:PARENTS]:
         if evidence.hurried:
             evidence.leave(RIGS)
             break

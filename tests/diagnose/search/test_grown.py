@@ -5,13 +5,28 @@ from __future__ import annotations
 import pytest
 
 from cvxupdate.diagnose.search import grown
+from cvxupdate.diagnose.search.coarse import enough_alone
 from cvxupdate.diagnose.search.grown import Grown, grown_from
 from cvxupdate.diagnose.search.search import Smooth
-from tests.cases.plain_evidence import PlainEvidence, PlainFit, effect, supposed
+from tests.cases.plain_evidence import PlainEvidence, PlainFit, effect, rig, supposed
 
-A, B = effect(nodes=(1,)), effect(nodes=(2,))
+A, B = rig("sensor_mass", nodes=(1,)), rig("joint_flexibility", nodes=(2,))
+SOUGHT = effect(nodes=(1,))
 EVIDENCE = PlainEvidence((PlainFit(100.0),))
 PAIR, SINGLE = supposed(PlainFit(9.0), A, B), supposed(PlainFit(20.0), A)
+
+
+def test_what_a_rig_does_beside_something_is_no_end_of_a_search(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Springs, joints and a compression explained a portal on a fixture, which was never tried (the
+    laboratory's table 2723)."""
+    monkeypatch.setattr(grown, "further", lambda evidence, sets, progress: [])
+    beside = supposed(PlainFit(0.1), A, SOUGHT)
+    assert EVIDENCE.clear(beside.fit) and not enough_alone(EVIDENCE, [beside])
+    assert enough_alone(EVIDENCE, [supposed(PlainFit(0.1), A, B)])
+    found = grown_from(EVIDENCE, [SINGLE], [beside], grown.NOTHING, print)  # type: ignore[arg-type]
+    assert found.sets == [beside] and not found.ahead and not found.ended
 
 
 def test_what_a_rig_does_alone_is_ahead_where_no_single_effect_is_a_structure(
