@@ -3,6 +3,7 @@ member (Przemieniecki 1968, 15.2); tell-tale: low modes shift most."""
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import final
 
@@ -19,6 +20,7 @@ from cvxupdate.physics.place import at, capital
 from cvxupdate.physics.quantity import physical
 from cvxupdate.physics.units import quantity
 
+HELD = -1  # in place of a node that is held in any way, and of the ground
 LIMITS = (-5.0, 50.0)  # of Euler's load
 
 
@@ -30,10 +32,14 @@ class AxialPreload(EffectType):
     noun = "an axial preload"
 
     def candidates(self, context: SearchContext) -> list[Effect]:
-        """In every group and every straight member."""
+        """In every group and every straight member, but in none with two free ends: nothing is
+        there to push against."""
         model = context.model
-        members = {tuple(sorted(m)) for m in straight(model, "N")}
+        whole = straight(model, "N")
+        members = {tuple(sorted(m)) for m in whole}
+        free = _free(model, whole)
         sets = [(i, g) for i, g in member_sets(model, "N") if g or i in members]
+        sets = [(i, g) for i, g in sets if not free.issuperset(i)]
 
         def wanted(k: int, ids: tuple[int, ...]) -> list[Wanted]:
             return [limited(f"{self.name}@{k}", "N", ids, LIMITS, _euler(model, ids))]
@@ -47,6 +53,26 @@ class AxialPreload(EffectType):
             f"{capital(at(effect.place))} there is {kind} of {quantity(abs(values['N']), 'N')} "
             "that the model leaves out."
         )
+
+
+def _free(model: Model, members: Sequence[Sequence[int]]) -> set[int]:
+    """The elements of straight members at whose ends nothing else that is stiff is, and which are
+    not held there."""
+    nodes, every = dict[int, list[int]](), Counter[int]()
+    for block in model.blocks:
+        if not any(t.matrix == "K" for t in block.terms):
+            continue
+        parts = np.split(block.nodal, block.kind.nodes, axis=1)
+        for i, *rows in zip(block.ids.tolist(), *parts, strict=True):
+            nodes[i] = [HELD if np.any(p < 0) else int(model.dof_node[p[0]]) for p in rows]
+            every.update(nodes[i])
+    out = set[int]()
+    for member in members:
+        own = Counter(n for i in member for n in nodes[i])
+        ends = [n for n, count in own.items() if count == 1]
+        if len(ends) == 2 and HELD not in own and all(every[n] == 1 for n in ends):
+            out.update(member)
+    return out
 
 
 def _euler(model: Model, ids: Sequence[int]) -> float:
