@@ -62,14 +62,16 @@ def _free(model: Model, members: Sequence[Sequence[int]]) -> set[int]:
     for block in model.blocks:
         if not any(t.matrix == "K" for t in block.terms):
             continue
-        parts = np.split(block.nodal, block.kind.nodes, axis=1)
+        count = 2 if block.kind.nodes == 2 else block.nodal.shape[1]
+        parts = np.split(block.nodal, count, axis=1) if count else []
         for i, *rows in zip(block.ids.tolist(), *parts, strict=True):
-            nodes[i] = [HELD if np.any(p < 0) else int(model.dof_node[p[0]]) for p in rows]
+            at = [HELD if np.any(p < 0) else int(model.dof_node[p[0]]) for p in rows]
+            nodes[i] = at if count == 2 else sorted(set(at))
             every.update(nodes[i])
     out = set[int]()
     for member in members:
         own = Counter(n for i in member for n in nodes[i])
-        ends = [n for n, count in own.items() if count == 1]
+        ends = [n for n, times in own.items() if times == 1]
         if len(ends) == 2 and HELD not in own and all(every[n] == 1 for n in ends):
             out.update(member)
     return out
