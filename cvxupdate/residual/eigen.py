@@ -25,6 +25,7 @@ from cvxupdate.residual.derivatives import (
 )
 from cvxupdate.residual.shape_rows import Index
 
+TOGETHER = 10_000  # DOFs up to which all modes' columns are held side by side
 SMALL = 300  # DOFs up to which LAPACK solves sooner than sparse factors (78 to 270 DOFs: 4 to 1.1)
 
 __all__ = [
@@ -113,12 +114,15 @@ def functional_derivatives(
 def of_functionals(
     each: Sequence[tuple[float, Real, Real, Real]], derivatives: Derivatives
 ) -> list[Real]:
-    """`functional_derivatives` of several modes, their forms taken together."""
+    """`functional_derivatives` of several modes, of a small model their forms taken together."""
     if not each:
         return []
     phi = np.column_stack([shape for _, shape, _, _ in each])
+    if len(each) > 1 and len(phi) > TOGETHER:
+        return [of_functionals([one], derivatives)[0] for one in each]
     owner = np.repeat(np.arange(len(each)), [y.shape[1] for _, _, _, y in each])
-    dK, dM = forms(np.hstack([y for _, _, _, y in each]), phi[:, owner], derivatives)
+    right = phi[:, owner] if len(each) > 1 else phi
+    dK, dM = forms(np.hstack([y for _, _, _, y in each]), right, derivatives)
     own = forms(phi, phi, derivatives)[1]
     return [
         np.asarray(value * dM[at] - dK[at] - 0.5 * (g.T @ shape)[:, None] * own[k])
