@@ -37,9 +37,12 @@ class AxialPreload(EffectType):
         model = context.model
         whole = straight(model, "N")
         members = {tuple(sorted(m)) for m in whole}
-        free = _free(model, whole)
-        sets = [(i, g) for i, g in member_sets(model, "N") if g or i in members]
-        sets = [(i, g) for i, g in sets if not free.issuperset(i)]
+        free = _free(model, whole) if whole else set[int]()
+        sets = [
+            (i, g)
+            for i, g in member_sets(model, "N")
+            if (g or i in members) and not free.issuperset(i)
+        ]
 
         def wanted(k: int, ids: tuple[int, ...]) -> list[Wanted]:
             return [limited(f"{self.name}@{k}", "N", ids, LIMITS, _euler(model, ids))]

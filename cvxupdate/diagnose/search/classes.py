@@ -91,8 +91,17 @@ def at_once_beside(evidence: Evidence, parent: Hypothesis) -> list[Hypothesis]:
     """A parent with all that a rig does everywhere, with and without the joints, the likelier one
     freed of what the evidence is better without."""
     rig = [e for e in widest(evidence.candidates(evidence.model)) if e.key not in parent.keys]
-    ways = [rig, [e for e in rig if e.physics != JOINTS]]
-    wholes = [together(evidence, parent, way, BEGUN) for way in ways if way]
+    without = [e for e in rig if e.physics != JOINTS]
+    ways = [rig, without] if len(without) < len(rig) else [rig]
+    return likelier_with(evidence, parent, [way for way in ways if way])
+
+
+def likelier_with(
+    evidence: Evidence, parent: Hypothesis, ways: Sequence[Sequence[Effect]]
+) -> list[Hypothesis]:
+    """A parent with the effects of each of several ``ways`` at once, and the likeliest of these
+    without what it is likelier without."""
+    wholes = [together(evidence, parent, way, BEGUN) for way in ways]
     fits = [refitted(evidence, h.onward, "sharp") for h in wholes if h.effects]
     found = sorted((h for h in fits if h is not None), key=merit, reverse=True)
     return [*found, *lightened(evidence, found[0])] if found else []

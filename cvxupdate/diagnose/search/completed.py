@@ -10,9 +10,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from cvxupdate.diagnose.hypothesis import Hypothesis, further, together
-from cvxupdate.diagnose.search.classes import BEGUN, lightened, widest
-from cvxupdate.diagnose.search.race import merged, refitted
+from cvxupdate.diagnose.hypothesis import Hypothesis, further
+from cvxupdate.diagnose.search.classes import likelier_with, widest
+from cvxupdate.diagnose.search.race import merged
 from cvxupdate.diagnose.types import Evidence, Progress
 
 REST = "what else a rig does, beside what brings the model near"
@@ -30,7 +30,5 @@ def completed(
             break
         progress(f"fitting what else a rig does beside {h.name}")
         others = further(widest(evidence.candidates(h.fit.setting.model)), h)
-        whole = together(evidence, h, others, BEGUN)
-        found = refitted(evidence, whole.onward, "sharp") if whole.effects else None
-        out += [] if found is None else [found, *lightened(evidence, found)]
+        out += likelier_with(evidence, h, [others])
     return merged(out)

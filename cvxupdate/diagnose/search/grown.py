@@ -96,18 +96,6 @@ def grown_from(
     """Sets that grow where no single effect comes near, what a rig does ``alone``, and where that
     is not enough what was ``seen``. What a rig does beside something else is one of them, and no
     end of the search."""
-    rig = [h for h in alone if only_a_rig(h)]
-    grown = _grown_from(evidence, coarse, rig, seen, progress)
-    return replace(grown, sets=merged(grown.sets, [h for h in alone if h not in rig]))
-
-
-def _grown_from(
-    evidence: Evidence,
-    coarse: Sequence[Hypothesis],
-    alone: Sequence[Hypothesis],
-    seen: Seen,
-    progress: Progress,
-) -> Grown:
     left = leaves_much(evidence, coarse, alone)
     open_ = bool(coarse) and coarse[0].fit.misfit > EXPLAINED
     if (left and (seen.calm or seen.damper is not None)) or (open_ and seen.met):
@@ -118,11 +106,12 @@ def _grown_from(
     near = seen.sure if there else False
     near |= bool(there) and there[0].fit.misfit <= HOPELESS * EXPLAINED
     far = left and far_off(coarse) and not near
-    grown = merged(alone, there, guided(evidence, progress) if far else [])
+    rig = [h for h in alone if only_a_rig(h)]
+    grown = merged(rig, there, guided(evidence, progress) if far else [])
     if not grown or any(h.penalised <= grown[0].penalised for h in coarse[:1]):
-        return Grown(grown)
+        return Grown(merged(grown, alone))
     grown = merged(grown, further(evidence, grown, progress))
-    return Grown(grown, True, confirmed(evidence, grown[0], seen))
+    return Grown(merged(grown, alone), True, confirmed(evidence, grown[0], seen))
 
 
 def leaves_much(
