@@ -94,20 +94,21 @@ def grown_from(
     progress: Progress,
 ) -> Grown:
     """Sets that grow where no single effect comes near, what a rig does ``alone``, and where that
-    is not enough what was ``seen``. What a rig does beside something else is one of them, and no
-    end of the search."""
+    is not enough what was ``seen``: another look takes as long, and tells no more of recordings
+    that a set explains. What a rig does beside something else is one of them, and no end of the
+    search."""
     left = leaves_much(evidence, coarse, alone)
-    open_ = bool(coarse) and coarse[0].fit.misfit > EXPLAINED
-    if (left and (seen.calm or seen.damper is not None)) or (open_ and seen.met):
-        return Grown(list(alone), ended=True)
-    there = on_these(evidence, seen, progress) if left else []
-    if there and seen.settled:
-        return Grown(merged(alone, there), ended=True)
-    near = seen.sure if there else False
-    near |= bool(there) and there[0].fit.misfit <= HOPELESS * EXPLAINED
-    far = left and far_off(coarse) and not near
+    sets = guided(evidence, progress) if left and far_off(coarse) else []
+    there = list[Hypothesis]()
+    if not any(evidence.clear(h.fit) or h.fit.misfit <= EXPLAINED for h in sets):
+        open_ = bool(coarse) and coarse[0].fit.misfit > EXPLAINED
+        if (left and (seen.calm or seen.damper is not None)) or (open_ and seen.met):
+            return Grown(list(alone), ended=True)
+        there = on_these(evidence, seen, progress) if left else []
+        if there and seen.settled:
+            return Grown(merged(alone, there), ended=True)
     rig = [h for h in alone if only_a_rig(h)]
-    grown = merged(rig, there, guided(evidence, progress) if far else [])
+    grown = merged(rig, there, sets)
     if not grown or any(h.penalised <= grown[0].penalised for h in coarse[:1]):
         return Grown(merged(grown, alone))
     grown = merged(grown, further(evidence, grown, progress))
