@@ -16,6 +16,7 @@ from cvxupdate.diagnose.search.guided import guided
 from cvxupdate.diagnose.search.race import merged, raced
 from cvxupdate.diagnose.search.several import further
 from cvxupdate.diagnose.settings import (
+    CLEARLY,
     EXPLAINED,
     FINE_SEVERAL,
     HALVED,
@@ -94,12 +95,12 @@ def grown_from(
     progress: Progress,
 ) -> Grown:
     """Sets that grow where no single effect comes near, what a rig does ``alone``, and where that
-    is not enough what was ``seen``: another look takes as long, and tells no more of recordings
-    that a set explains. What a rig does beside something else is one of them, and no end of the
-    search."""
+    is not enough what was ``seen``: another look takes as long, and has nothing to add to what
+    explains. What a rig does beside something else is one of them, and no end of the search."""
     left = leaves_much(evidence, coarse, alone)
-    sets = guided(evidence, progress) if left and far_off(coarse) else []
-    there = list[Hypothesis]()
+    far = left and far_off(coarse)
+    ready = far and any(follows(evidence, h) for h in (*alone, *coarse[:1]))
+    sets, there = guided(evidence, progress) if ready else [], list[Hypothesis]()
     if not any(evidence.clear(h.fit) or h.fit.misfit <= EXPLAINED for h in sets):
         open_ = bool(coarse) and coarse[0].fit.misfit > EXPLAINED
         if (left and (seen.calm or seen.damper is not None)) or (open_ and seen.met):
@@ -107,12 +108,25 @@ def grown_from(
         there = on_these(evidence, seen, progress) if left else []
         if there and seen.settled:
             return Grown(merged(alone, there), ended=True)
+        near = seen.sure if there else False
+        near |= bool(there) and there[0].fit.misfit <= HOPELESS * EXPLAINED
+        if far and not (near or ready):
+            sets = guided(evidence, progress)
     rig = [h for h in alone if only_a_rig(h)]
     grown = merged(rig, there, sets)
     if not grown or any(h.penalised <= grown[0].penalised for h in coarse[:1]):
         return Grown(merged(grown, alone))
     grown = merged(grown, further(evidence, grown, progress))
     return Grown(merged(grown, alone), True, confirmed(evidence, grown[0], seen))
+
+
+def follows(evidence: Evidence, h: Hypothesis) -> bool:
+    """Whether with a hypothesis the structure follows its model through most of the recordings: a
+    tenth of the weighted squares is left, and half of the error. Then what is still missing shows
+    in them; resonances that stand elsewhere hide it."""
+    base = evidence.bases[-1]
+    half = evidence.errors(h.fit).fit <= HALVED * evidence.errors(base).fit
+    return h.fit.misfit <= CLEARLY * base.misfit and half
 
 
 def leaves_much(
