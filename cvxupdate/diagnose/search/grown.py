@@ -12,7 +12,7 @@ import numpy as np
 from cvxupdate.diagnose.hypothesis import Hypothesis, only_a_rig, together
 from cvxupdate.diagnose.search.coarse import enough_alone, far_off
 from cvxupdate.diagnose.search.exchange import as_fitted
-from cvxupdate.diagnose.search.guided import guided
+from cvxupdate.diagnose.search.guided import grown_near, guided
 from cvxupdate.diagnose.search.race import merged, raced
 from cvxupdate.diagnose.search.several import further
 from cvxupdate.diagnose.settings import (
@@ -100,8 +100,9 @@ def grown_from(
     left = leaves_much(evidence, coarse, alone)
     far = left and far_off(coarse)
     ready = far and any(follows(evidence, h) for h in (*alone, *coarse[:1]))
-    sets, there = guided(evidence, progress) if ready else [], list[Hypothesis]()
-    if not any(evidence.clear(h.fit) or h.fit.misfit <= EXPLAINED for h in sets):
+    first = grown_near(evidence, progress) if ready else []
+    there, near = list[Hypothesis](), False
+    if not any(evidence.clear(h.fit) or h.fit.misfit <= EXPLAINED for h in first):
         open_ = bool(coarse) and coarse[0].fit.misfit > EXPLAINED
         if (left and (seen.calm or seen.damper is not None)) or (open_ and seen.met):
             return Grown(list(alone), ended=True)
@@ -110,10 +111,8 @@ def grown_from(
             return Grown(merged(alone, there), ended=True)
         near = seen.sure if there else False
         near |= bool(there) and there[0].fit.misfit <= HOPELESS * EXPLAINED
-        if far and not (near or ready):
-            sets = guided(evidence, progress)
     rig = [h for h in alone if only_a_rig(h)]
-    grown = merged(rig, there, sets)
+    grown = merged(rig, there, guided(evidence, progress) if far and not near else [])
     if not grown or any(h.penalised <= grown[0].penalised for h in coarse[:1]):
         return Grown(merged(grown, alone))
     grown = merged(grown, further(evidence, grown, progress))

@@ -41,6 +41,7 @@ from cvxupdate.errors import CvxupdateError
 from cvxupdate.forked import Ahead, every
 
 GROWN = "sets of effects for a model that is far off"
+CARRIED = "the same by weighted squares"
 RIVALS = "alternatives to what is in the best set"
 
 
@@ -58,6 +59,13 @@ def guided(evidence: Evidence, progress: Progress) -> list[Hypothesis]:
     squares has its turn, too."""
     growth = _growth(evidence, progress)
     return [] if growth is None else growth.finished(growth.found())
+
+
+def grown_near(evidence: Evidence, progress: Progress) -> list[Hypothesis]:
+    """The same before they are sharpened against rivals, which takes most of the time; best
+    first."""
+    growth = _growth(evidence, progress)
+    return [] if growth is None else growth.brought(growth.found())
 
 
 def nearest_alone(evidence: Evidence, progress: Progress) -> list[Seed]:
@@ -246,17 +254,24 @@ class _Growth:
         last = self.evidence.levels - 1
         return raced(self.evidence, sets, ((last, len(sets)),), self.progress)
 
+    def brought(self, sets: Sequence[Reached]) -> list[Hypothesis]:
+        """Sets by weighted squares, best first; asked for twice."""
+        if CARRIED not in self.approach.known:
+            own = [r for r in sets if r.hypothesis.effects]
+            self.approach.known[CARRIED] = self._carried(own)
+        return list(self.approach.known[CARRIED])
+
     def freed(self, sets: Sequence[Reached]) -> list[Hypothesis]:
         """Sets by weighted squares, and the best of them without each of its effects, best
         first."""
-        known = self._carried([r for r in sets if r.hypothesis.effects])
+        known = self.brought(sets)
         fewer = backward(self.evidence, known[0], self.progress)[1] if known else []
         return merged(known, [h for h in fewer if h.effects])
 
     def finished(self, sets: Sequence[Reached]) -> list[Hypothesis]:
         """Sets by weighted squares; the best of them also without each of its effects (backward),
         and where it explains with others in the place of each, against which it must stand."""
-        known = self._carried([r for r in sets if r.hypothesis.effects])
+        known = self.brought(sets)
         if not known:
             return []
         explains = known[0].fit.misfit <= OPEN * EXPLAINED
