@@ -21,6 +21,7 @@ from cvxupdate.diagnose.search.approach import Approach
 from cvxupdate.diagnose.search.backward import backward
 from cvxupdate.diagnose.search.beside import beside
 from cvxupdate.diagnose.search.race import merged, raced, tenable
+from cvxupdate.diagnose.search.reached import Reached, abreast, nearest_first
 from cvxupdate.diagnose.search.several import Pool, room
 from cvxupdate.diagnose.search.zones import zone_seeds
 from cvxupdate.diagnose.settings import (
@@ -43,14 +44,6 @@ from cvxupdate.forked import Ahead, every
 GROWN = "sets of effects for a model that is far off"
 CARRIED = "the same by weighted squares"
 RIVALS = "alternatives to what is in the best set"
-
-
-@dataclass(frozen=True)
-class Reached:
-    """A hypothesis and what the bounded comparison leaves of it."""
-
-    hypothesis: Hypothesis
-    left: float
 
 
 def guided(evidence: Evidence, progress: Progress) -> list[Hypothesis]:
@@ -116,13 +109,13 @@ class _Growth:
             if self.evidence.hurried or self.budget.over():
                 self.evidence.leave(GROWN)
                 break
-            abreast = [r for r in front if r.left <= FALLEN * front[0].left]
-            fresh = [r for r in abreast if r.hypothesis.keys not in tried]
+            level = [r for r in front if r.left <= FALLEN * front[0].left]
+            fresh = [r for r in level if r.hypothesis.keys not in tried]
             tried.update(r.hypothesis.keys for r in fresh)
             grown = self._further(fresh)
             if not grown or grown[0].left > NEARER * front[0].left:
                 break
-            front = _abreast([*grown, *front])
+            front = abreast([*grown, *front])
             carried = self._carried(front[:1])
             if carried and carried[0].fit.misfit <= EXPLAINED:
                 return front[:1]
@@ -140,7 +133,7 @@ class _Growth:
         seeds += [r.hypothesis.onward for r in nearer]
         front = self._pruned(self._taken(seeds, "sharp"))
         others = self.approach.another_way(front[0].hypothesis) if front else []
-        return _nearest([*front, *self._taken(others, "sharp")])
+        return nearest_first([*front, *self._taken(others, "sharp")])
 
     def _further(self, front: Sequence[Reached]) -> list[Reached]:
         """The nearest sets with one effect more than those of the front have, the nearest of these
@@ -153,14 +146,14 @@ class _Growth:
             own = self.nearer(seeds, "first pass")
             first.update(r.hypothesis.keys for r in own[:1])  # what it stands on may show later
             plain = sorted([*plain, *own], key=lambda r: r.left)
-        near, tried = _nearest(plain)[:BEAM], {r.hypothesis.keys for r in plain}
+        near, tried = nearest_first(plain)[:BEAM], {r.hypothesis.keys for r in plain}
         stretches = [s for r in near for s in zone_seeds(self.evidence, r.hypothesis, tried)]
         plain += self.nearer(stretches, "first pass")
-        rigged = [s for r in _nearest(plain)[:BEAM] for s in self._rigged(r.hypothesis)]
+        rigged = [s for r in nearest_first(plain)[:BEAM] for s in self._rigged(r.hypothesis)]
         entered = sorted([*plain, *self.nearer(rigged, "first pass")], key=lambda r: r.left)
-        best = {r.hypothesis.keys for r in _abreast(entered)} | first
+        best = {r.hypothesis.keys for r in abreast(entered)} | first
         field = [r.hypothesis for r in entered if r.hypothesis.keys in best]
-        return self._pruned(_abreast(self._taken([h.onward for h in field], "sharp")))
+        return self._pruned(abreast(self._taken([h.onward for h in field], "sharp")))
 
     def _parents(self, front: Sequence[Reached]) -> list[Hypothesis]:
         """As they are, and with what theory wants as large as it says: among effects that are not
@@ -177,7 +170,7 @@ class _Growth:
 
     def _taken(self, seeds: Sequence[Seed], effort: str) -> list[Reached]:
         """Seeds brought as near as they come, nearest first, each set once."""
-        return _nearest(self.nearer(seeds, effort))
+        return nearest_first(self.nearer(seeds, effort))
 
     def nearer(self, seeds: Sequence[Seed], effort: str) -> list[Reached]:
         """Seeds brought as near as they come, nearest first; without those that are no
@@ -200,7 +193,7 @@ class _Growth:
 
     def _pruned(self, sets: Sequence[Reached]) -> list[Reached]:
         """Each without the effects that hardly bring it nearer."""
-        return _nearest(every(self._sparse, sets, self.evidence.jobs))
+        return nearest_first(every(self._sparse, sets, self.evidence.jobs))
 
     def _sparse(self, whole: Reached) -> Reached:
         """Without the effects that do little as it is, all at once; then, one by one, the one that
@@ -290,23 +283,3 @@ class _Growth:
             [h for h in fewer if len(h.effects) > 1],
             raced(self.evidence, rivals, FINE_SEVERAL, self.progress),
         )
-
-
-def _abreast(found: Sequence[Reached]) -> list[Reached]:
-    """Those to go on from, nearest first: none of as few effects is nearer, as far as there are
-    such. Among sets of any number alone, many small effects would crowd out the one that they
-    stand for."""
-    ranked, leading = _nearest(found), list[Reached]()
-    for r in ranked:
-        if not leading or len(r.hypothesis.effects) < len(leading[-1].hypothesis.effects):
-            leading.append(r)
-    others = [r for r in ranked if r not in leading]
-    return sorted([*leading, *others][:BEAM], key=lambda r: r.left)
-
-
-def _nearest(found: Sequence[Reached]) -> list[Reached]:
-    """Nearest first, each set once."""
-    best: dict[frozenset[Key], Reached] = {}
-    for r in sorted(found, key=lambda r: r.left):
-        best.setdefault(r.hypothesis.keys, r)
-    return list(best.values())

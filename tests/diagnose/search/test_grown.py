@@ -8,6 +8,7 @@ from cvxupdate.diagnose.search import grown
 from cvxupdate.diagnose.search.coarse import enough_alone
 from cvxupdate.diagnose.search.grown import Grown, grown_from
 from cvxupdate.diagnose.search.search import Smooth
+from cvxupdate.diagnose.types import Errors
 from tests.cases.plain_evidence import PlainEvidence, PlainFit, effect, rig, supposed
 
 A, B = rig("sensor_mass", nodes=(1,)), rig("joint_flexibility", nodes=(2,))
@@ -41,3 +42,34 @@ def test_what_a_rig_does_alone_is_ahead_where_no_single_effect_is_a_structure(
     assert sets([]).ahead and sets([SINGLE]).ahead and not sets([supposed(PlainFit(9.0), A)]).ahead
     smooth = Smooth([], [], [PAIR], [PAIR], ahead=True, pattern=False)
     assert smooth.reached, "nothing else is known"
+
+
+@pytest.mark.parametrize(
+    ("alone", "near", "looks"),
+    [
+        pytest.param(5.0, 0.1, 0, id="what grows explains"),
+        pytest.param(5.0, 2.0, 1, id="what grows leaves something open"),
+        pytest.param(15.0, 0.1, 1, id="with a rig the model does not follow the recordings yet"),
+    ],
+)
+def test_another_look_is_taken_where_what_grows_does_not_explain(
+    monkeypatch: pytest.MonkeyPatch, alone: float, near: float, looks: int
+) -> None:
+    """It takes half of the time: a frame on a fixture (the laboratory's 2728), whose rig alone left
+    a hundredth of the squares, was not told, for the modes in its FRFs had their turn first."""
+    taken = []
+
+    class Look(type(grown.NOTHING)):  # type: ignore[misc]
+        @property
+        def calm(self) -> bool:
+            taken.append("look")
+            return False
+
+    whole = supposed(PlainFit(near, errors=Errors(0.05, 0.05)), A, SOUGHT)
+    monkeypatch.setattr(grown, "grown_near", lambda evidence, progress: [whole])
+    monkeypatch.setattr(grown, "guided", lambda evidence, progress: [whole])
+    monkeypatch.setattr(grown, "further", lambda evidence, sets, progress: [])
+    evidence = PlainEvidence((PlainFit(100.0, errors=Errors(0.9, 0.9)),))
+    rigs = [supposed(PlainFit(alone, errors=Errors(0.3, 0.9)), A, B)]
+    found = grown_from(evidence, [SINGLE], rigs, Look(), print)  # type: ignore[arg-type]
+    assert found.ahead and found.sets[0] == whole and len(taken) == looks

@@ -14,7 +14,8 @@ from cvxupdate.diagnose.hypothesis import Hypothesis, at_nominal, seed_from
 from cvxupdate.diagnose.nominal.mesh import shearing
 from cvxupdate.diagnose.responses import guide
 from cvxupdate.diagnose.search import nearest as reference
-from cvxupdate.diagnose.search.guided import Reached, _abreast, _Growth, guided
+from cvxupdate.diagnose.search.guided import _Growth, guided
+from cvxupdate.diagnose.search.reached import Reached, abreast
 from cvxupdate.diagnose.search.several import busy
 from cvxupdate.diagnose.settings import BEAM, NEAREST
 from cvxupdate.diagnose.types import Score
@@ -137,8 +138,8 @@ def test_few_effects_are_not_crowded_out_by_many(evidence):
 
     one, other = reached(0.5, 0), reached(0.6, 1)
     many = [reached(0.1 + 0.01 * k, *(j for j in range(4) if j != k)) for k in range(4)]
-    assert _abreast([one, other, *many]) == [many[0], many[1], one]
-    assert _abreast([other, one]) == [one, other] and len(_abreast(many)) == BEAM
+    assert abreast([one, other, *many]) == [many[0], many[1], one]
+    assert abreast([other, one]) == [one, other] and len(abreast(many)) == BEAM
 
 
 class Heard:
