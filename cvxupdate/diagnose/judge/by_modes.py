@@ -137,8 +137,7 @@ class ByModes:
         all that is likely by them has in common. Where they lack nothing (`met`), what responses
         claim has to explain all that these have: sensors beside their nodes are like an effect."""
         if judgement.findings and judgement.last.fit.misfit > EXPLAINED:
-            lacking = self._looked is None or not self.met
-            judgement = judgement if lacking else judgement.claiming(None, (), ())
+            judgement = judgement if not self.met else judgement.claiming(None, (), ())
         told = None if judgement.findings else self.told
         if told is None or explained(judgement.case.base, judgement.case):
             return judgement

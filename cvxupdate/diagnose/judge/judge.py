@@ -30,7 +30,7 @@ from cvxupdate.diagnose.judge.soundness import said_plainly, sound
 from cvxupdate.diagnose.results import Finding
 from cvxupdate.diagnose.search.race import refitted
 from cvxupdate.diagnose.search.search import Found, damping_only
-from cvxupdate.diagnose.settings import EXPLAINED, HOPELESS, STATED
+from cvxupdate.diagnose.settings import EXPLAINED, HOPELESS, STATED, STRONG
 from cvxupdate.diagnose.types import Evidence, Key, Seed
 from cvxupdate.errors import CvxupdateError
 
@@ -173,11 +173,20 @@ def _decided(evidence: Evidence, found: Found, base: Hypothesis) -> Judgement:
     if final is None:
         return bare
     final = in_the_middle(_a_rig_instead(several, final, case), (*clean, *singles), case)
+    field = (*field, *_foretelling(every, final, case))
     standings = tuple(standing(k, final, field, case) for k in range(len(final.hypothesis.effects)))
     findings: tuple[Finding, ...] = ()
     if credible(final, case):
         findings = _findings(case, final, field, standings)
     return Judgement(case, singles, several, single, final, field, findings, standings)
+
+
+def _foretelling(every: Sequence[Weighed], final: Weighed, case: Case) -> list[Weighed]:
+    """Sets with as many unknowns as figures, whose fit says nothing, by which what was held out is
+    strongly likelier than by the final hypothesis: nothing of that was fitted."""
+    most = final.held_out + STRONG / 2.0
+    full = (w for w in every if saturated(w, case) and not refuted(w, case))
+    return [w for w in full if w.held_out > most]
 
 
 def _likeliest(candidates: Sequence[Weighed], case: Case) -> Weighed | None:

@@ -16,6 +16,7 @@ from cvxupdate.diagnose.search.guided import grown_near, guided
 from cvxupdate.diagnose.search.race import merged, raced
 from cvxupdate.diagnose.search.several import further
 from cvxupdate.diagnose.settings import (
+    CHANCE,
     CLEARLY,
     EXPLAINED,
     FINE_SEVERAL,
@@ -29,6 +30,7 @@ from cvxupdate.diagnose.settings import (
 )
 from cvxupdate.diagnose.types import Evidence, Progress, Real
 from cvxupdate.physics.effect import Effect, HiddenOscillator
+from cvxupdate.recordings.quantiles import chi_square_above
 
 
 class Seen(Protocol):
@@ -102,7 +104,7 @@ def grown_from(
     ready = far and any(follows(evidence, h) for h in (*alone, *coarse[:1]))
     first = grown_near(evidence, progress) if ready else []
     there, near = list[Hypothesis](), False
-    if not any(evidence.clear(h.fit) or h.fit.misfit <= EXPLAINED for h in first):
+    if not any(within_chance(h) for h in first):
         open_ = bool(coarse) and coarse[0].fit.misfit > EXPLAINED
         if (left and (seen.calm or seen.damper is not None)) or (open_ and seen.met):
             return Grown(list(alone), ended=True)
@@ -117,6 +119,12 @@ def grown_from(
         return Grown(merged(grown, alone))
     grown = merged(grown, further(evidence, grown, progress))
     return Grown(merged(grown, alone), True, confirmed(evidence, grown[0], seen))
+
+
+def within_chance(h: Hypothesis) -> bool:
+    """Whether a hypothesis leaves no more than chance would, of as many figures as there are."""
+    figures = max(1.0, h.fit.free)
+    return h.fit.misfit * figures <= chi_square_above(1.0 - CHANCE, figures)
 
 
 def follows(evidence: Evidence, h: Hypothesis) -> bool:

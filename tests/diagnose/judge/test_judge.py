@@ -78,6 +78,24 @@ def test_what_was_held_out_refutes_is_no_rival() -> None:
     assert judged(EVIDENCE, [supposed(wrong, B)]).findings == ()
 
 
+@pytest.mark.parametrize(("held", "told"), [(0.3, True), (0.02, False)])
+def test_a_set_of_as_many_unknowns_as_figures_is_a_rival_by_what_it_foretells(
+    held: float, told: bool
+) -> None:
+    """A softer element was told at another (the laboratory's 2728): the true one, with what a rig
+    does, had as many unknowns as figures, and foretold what was held out far better."""
+
+    class Foretold(PlainEvidence):
+        def held_out(self, fit: PlainFit) -> float:
+            return -50.0 * fit.errors.hold_out
+
+    evidence = Foretold((replace(BASE, independent=2.0),))
+    one = supposed(replace(GOOD, errors=Errors(0.02, 0.2), independent=2.0), A)
+    full = supposed(replace(GOOD, errors=Errors(0.02, held), independent=2.0), B, C)
+    found = judged(evidence, [one], [full])
+    assert found.final is found.single and bool(found.findings) == told
+
+
 def test_rivals_are_equivalents_and_share_the_confidence() -> None:
     """Misfits of 1 and 1.1 of twenty figures: odds of 1.1 to the tenth power."""
     close, share = replace(GOOD, misfit=1.1), 1.0 / (1.0 + 1.1**-10)
