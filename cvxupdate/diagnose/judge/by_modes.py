@@ -136,8 +136,8 @@ class ByModes:
         """Of a judgement that claims nothing what they tell and its hypotheses confirm; else what
         all that is likely by them has in common. Where they lack nothing (`met`), what responses
         claim has to explain all that these have: sensors beside their nodes are like an effect."""
-        if judgement.findings and judgement.last.fit.misfit > EXPLAINED:
-            judgement = judgement if not self.met else judgement.claiming(None, (), ())
+        if judgement.findings and judgement.last.fit.misfit > EXPLAINED and self.met:
+            judgement = judgement.claiming(None, (), ())
         told = None if judgement.findings else self.told
         if told is None or explained(judgement.case.base, judgement.case):
             return judgement

@@ -51,14 +51,14 @@ def guided(evidence: Evidence, progress: Progress) -> list[Hypothesis]:
     evidence without an approach. It takes a part of the time at most: what is sought by weighted
     squares has its turn, too."""
     growth = _growth(evidence, progress)
-    return [] if growth is None else growth.finished(growth.found())
+    return [] if growth is None else growth.finished()
 
 
 def grown_near(evidence: Evidence, progress: Progress) -> list[Hypothesis]:
     """The same before they are sharpened against rivals, which takes most of the time; best
     first."""
     growth = _growth(evidence, progress)
-    return [] if growth is None else growth.brought(growth.found())
+    return [] if growth is None else growth.brought()
 
 
 def nearest_alone(evidence: Evidence, progress: Progress) -> list[Seed]:
@@ -78,7 +78,7 @@ def nearest_alone(evidence: Evidence, progress: Progress) -> list[Seed]:
 def brought_near(evidence: Evidence, progress: Progress) -> list[Hypothesis]:
     """The same where nothing is to be claimed of it: of any number of effects, without rivals."""
     growth = _growth(evidence, progress)
-    return [] if growth is None else growth.freed(growth.found())
+    return [] if growth is None else growth.freed()
 
 
 def _growth(evidence: Evidence, progress: Progress) -> _Growth | None:
@@ -109,8 +109,8 @@ class _Growth:
             if self.evidence.hurried or self.budget.over():
                 self.evidence.leave(GROWN)
                 break
-            level = [r for r in front if r.left <= FALLEN * front[0].left]
-            fresh = [r for r in level if r.hypothesis.keys not in tried]
+            near = [r for r in front if r.left <= FALLEN * front[0].left]
+            fresh = [r for r in near if r.hypothesis.keys not in tried]
             tried.update(r.hypothesis.keys for r in fresh)
             grown = self._further(fresh)
             if not grown or grown[0].left > NEARER * front[0].left:
@@ -247,24 +247,23 @@ class _Growth:
         last = self.evidence.levels - 1
         return raced(self.evidence, sets, ((last, len(sets)),), self.progress)
 
-    def brought(self, sets: Sequence[Reached]) -> list[Hypothesis]:
-        """Sets by weighted squares, best first; asked for twice."""
+    def brought(self) -> list[Hypothesis]:
+        """The nearest sets by weighted squares, best first; asked for twice."""
         if CARRIED not in self.approach.known:
-            own = [r for r in sets if r.hypothesis.effects]
+            own = [r for r in self.found() if r.hypothesis.effects]
             self.approach.known[CARRIED] = self._carried(own)
         return list(self.approach.known[CARRIED])
 
-    def freed(self, sets: Sequence[Reached]) -> list[Hypothesis]:
-        """Sets by weighted squares, and the best of them without each of its effects, best
-        first."""
-        known = self.brought(sets)
+    def freed(self) -> list[Hypothesis]:
+        """What was `brought` near, and the best of it without each of its effects, best first."""
+        known = self.brought()
         fewer = backward(self.evidence, known[0], self.progress)[1] if known else []
         return merged(known, [h for h in fewer if h.effects])
 
-    def finished(self, sets: Sequence[Reached]) -> list[Hypothesis]:
-        """Sets by weighted squares; the best of them also without each of its effects (backward),
-        and where it explains with others in the place of each, against which it must stand."""
-        known = self.brought(sets)
+    def finished(self) -> list[Hypothesis]:
+        """What was `brought` near; the best of it also without each of its effects (backward), and
+        where it explains with others in the place of each, against which it must stand."""
+        known = self.brought()
         if not known:
             return []
         explains = known[0].fit.misfit <= OPEN * EXPLAINED
