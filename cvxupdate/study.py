@@ -241,7 +241,7 @@ def check(problem: Given) -> dict[str, object]:
         "held": held(spec),
         "moved": moved(spec),
         "states": states(spec),
-        "recorded": recorded(recordings),
+        "recorded": recorded(recordings, spec.model.bases),
         **facts(model),  # a mechanism or an indefinite mass shows here
         "warnings": [
             asdict(d) for d in (*examine(spec, model, recordings), *input_doubts(model, recordings))

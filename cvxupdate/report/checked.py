@@ -60,10 +60,10 @@ def _recorded(recorded: Sequence[Mapping[str, Any]]) -> list[str]:
     """A line of each of the first recordings: what it holds, and at which DOFs."""
     lines = []
     for r in recorded[:MOST_RECORDINGS]:
-        named = {"per": "per force"}
-        parts = [f"{named.get(k, k)} at {_listed(v)}" for k, v in r["channels"].items()]
+        parts = [f"{k} at {_listed(v)}" for k, v in r["channels"].items()]
         held = "" if r["use"] == "fit" else ", held out"
-        at = f": {' '.join(parts) if 'per' in r['channels'] else '; '.join(parts)}" if parts else ""
+        by = " " if any(k.startswith("per ") for k in r["channels"]) else "; "
+        at = f": {by.join(parts)}" if parts else ""
         lines.append(f"{r['name']}{held}: {r['holds']}{at}.")
     more = len(recorded) - MOST_RECORDINGS
     return [*lines, *([f"And {count(more, 'more recording')}."] if more > 0 else [])]

@@ -11,8 +11,11 @@ from scipy.io import mmwrite
 from scipy.sparse import coo_array
 
 from cvxupdate.commands.view import view
+from cvxupdate.correlate.plausible.recorded import recorded
 from cvxupdate.errors import ProblemFileError
+from cvxupdate.recordings.types import Channel, FrequencyResponse, Origin
 from cvxupdate.report.checked import MOST, check_lines
+from cvxupdate.spec.model import Base
 from cvxupdate.study import check
 from tests.commands.test_plan import BEAM
 
@@ -113,6 +116,9 @@ channels = [
     moved = table.replace("FIRST", "acceleration").replace("REST", ", imposed = true")
     said = lines(BEAM + moved, tmp_path)
     assert "Moved as recorded: node 1 (y)." in said
+    assert "a.csv: 4 s at 100 Hz: imposed motion at n1.y; acceleration at n2.y." in said
+    leveled = lines(BEAM + moved.replace("rate", "level = 2.5\nrate"), tmp_path)
+    assert any(line.startswith("a.csv: 4 s at 100 Hz, level 2.5: ") for line in leveled)
     assert not any("rigid body" in line for line in said)
     pushed = lines(BEAM + table.replace("FIRST", "force").replace("REST", ""), tmp_path)
     assert sum("where a support holds the model" in line for line in pushed) == 1
@@ -176,7 +182,7 @@ def test_each_recording_is_said_with_its_channels() -> None:
                 "name": "b.npz",
                 "use": "hold-out",
                 "holds": "9 lines from 1 to 9 Hz",
-                "channels": {"acceleration": ["n1.x", "n2.x"], "per": ["n1.x"]},
+                "channels": {"acceleration": ["n1.x", "n2.x"], "per force": ["n1.x"]},
             },
             *[{"name": "c", "use": "fit", "holds": "1 s at 9 Hz", "channels": {}}] * 6,
         ]
@@ -189,3 +195,16 @@ def test_each_recording_is_said_with_its_channels() -> None:
     both = "acceleration at n1.x, n2.x per force at n1.x"
     assert f"b.npz, held out: 9 lines from 1 to 9 Hz: {both}." in lines
     assert lines[-1] == "And 2 more recordings."
+
+
+def test_a_transmissibility_is_per_the_motion_that_is_imposed() -> None:
+    """It was read as a response to the force that the base takes; its author knows of none."""
+    f = np.linspace(1.0, 9.0, 9)
+    H = np.ones((9, 1, 1), dtype=complex)
+    heard, force = Channel(2, "x", "acceleration"), Channel(1, "x", "force")
+    frf = FrequencyResponse(Origin("t.npz", "t.npz"), f, H, "acceleration", (heard,), (force,))
+    base = Base(nodes=(1,), dof="x", mass=1e3)
+    (said,) = recorded([frf], [base])
+    assert said["channels"] == {"acceleration": ["n2.x"], "per imposed motion": ["n1.x"]}
+    (said,) = recorded([frf])
+    assert said["channels"] == {"acceleration": ["n2.x"], "per force": ["n1.x"]}

@@ -33,8 +33,9 @@ def mesh_doubts(spec: Spec, model: Model, recordings: Sequence[Recording]) -> tu
     if not 0.0 < least < PER_HALF_WAVE:
         return ()
     shift = SHIFT * (np.pi / least) ** 2
+    at = max(np.floor(10.0 * least) / 10.0, 0.1)  # 2.97 is not "3, where it should be 3"
     says = (
-        f"At {top:.4g} Hz half a wave of bending spans {least:.2g} plate elements, where it should "
+        f"At {top:.4g} Hz half a wave of bending spans {at:.2g} plate elements, where it should "
         f"span {PER_HALF_WAVE:.0f}: the mesh alone shifts frequencies there by about "
         f"{100 * shift:.1g} %, which an update takes for its parameters. With `refine = 8` in "
         "[model] the same elements are taken on finer parts"

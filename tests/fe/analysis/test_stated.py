@@ -173,4 +173,5 @@ def test_a_mesh_of_sheets_is_doubted_where_it_shifts_what_was_measured(tmp_path,
         assert bool(doubts) == (spans < PER_HALF_WAVE)
         if doubts:
             assert 0.3 < doubts[0].value / shift < 3.0 and "refine = 8" in doubts[0].says
+            assert "spans 3 " not in doubts[0].says, "where it should span 3"
     assert mesh_doubts(*sheet(tmp_path, 5, exact, "refine = 8")) == ()
