@@ -48,9 +48,10 @@ from cvxupdate.physics.sensor_fault import (
     DriveGain,
     ExchangedChannels,
     ForceGain,
+    RecordingGain,
 )
 from cvxupdate.physics.sensor_mass import SensorMass
-from cvxupdate.physics.shaker import ShakerAttachment
+from cvxupdate.physics.shaker import DriveMass, ShakerAttachment
 from cvxupdate.physics.shear_deformation import ShearDeformation
 from cvxupdate.physics.soft_mounts import SoftMounts
 from cvxupdate.physics.soft_support import SoftSupport
@@ -82,6 +83,7 @@ EFFECTS: tuple[EffectType, ...] = (
     FlexibleSupport(),
     MovingFixture(),
     ShakerAttachment(),
+    DriveMass(),
     JointFlexibility(),
     EqualJoints(),
     ShearDeformation(),
@@ -94,6 +96,7 @@ EFFECTS: tuple[EffectType, ...] = (
     ChannelGain(),
     ForceGain(),
     DriveGain(),
+    RecordingGain(),
     ChannelDelay(),
     ExchangedChannels(),
     CubicStiffness(),

@@ -22,8 +22,9 @@ class SearchContext:
     (node, kind); ``release(node, kind)`` builds the model without one support; ``zeta`` is a
     typical damping ratio; ``accelerometers`` those channels that measure accelerations; ``driven``
     the labels of the DOFs where a force was measured, ``forces`` those of which the recordings tell
-    the force's own gain, ``later`` those where only what is held out has such a force; ``own`` the
-    numbers of the elements that no effect added (None: of all); ``undamped``: the recordings are
+    the force's own gain, ``later`` those where only what is held out has such a force; ``apart``:
+    of several drives each recording has one alone; ``own`` the numbers of the elements that no
+    effect added (None: of all); ``undamped``: the recordings are
     of undamped modes."""
 
     model: Model
@@ -39,6 +40,7 @@ class SearchContext:
     driven: tuple[str, ...] = ()
     forces: tuple[str, ...] = ()
     later: tuple[str, ...] = ()
+    apart: bool = False
     own: frozenset[int] | None = None
     undamped: bool = False
 

@@ -105,6 +105,27 @@ class DriveGain(EffectType):
 
 
 @final
+class RecordingGain(EffectType):
+    """The gain of the force in each further recording that was driven from a place of its own,
+    beside the one of all (`ForceGain`): an amplifier was set anew."""
+
+    name = "sensor_fault"
+    noun = DriveGain.noun
+    rig = True
+    sought = False  # by themselves those of drives are
+    told_by = frozenset({RESPONSES})
+
+    def candidates(self, context: SearchContext) -> list[Effect]:
+        """Of every drive but the first."""
+        gains = DriveGain()
+        return gains.candidates(context)[1:] if context.apart else []
+
+    def says(self, effect: Effect, values: Mapping[str, float]) -> str:
+        """The gain, sign included."""
+        return DriveGain().says(effect, values)
+
+
+@final
 class ChannelDelay(EffectType):
     """A delay."""
 

@@ -16,7 +16,7 @@ import numpy as np
 from cvxupdate.fe.block import Block
 from cvxupdate.fe.elements import Spring
 from cvxupdate.fe.model import KINDS, Model
-from cvxupdate.physics.added_mass import lumps, translations
+from cvxupdate.physics.added_mass import AddedMass, lumps, translations
 from cvxupdate.physics.context import SearchContext
 from cvxupdate.physics.effect import RESPONSES, Effect, EffectType, ModelChange
 from cvxupdate.physics.growth import append_parameters, at_once, limited, small_block
@@ -28,6 +28,7 @@ LIGHTEST = 0.01  # of the structure's mass: the unit of a shaker's
 SOFTEST = 0.02  # of the stiffness where it drives: the unit of its stinger's
 LIMITS = (0.0, 1000.0)
 MOST = 2  # drives: shakers act at few places, a hammer that goes from place to place is none
+PLACES = 4  # to which one shaker is moved; a hammer goes to more, and brings nothing
 WITH_DRIVE = " with the drive"  # in the name of a parameter that acts wherever the drive is
 TRAVELS = ", and wherever else the drive is"
 
@@ -43,9 +44,11 @@ class ShakerAttachment(EffectType):
     told_by = frozenset({RESPONSES})
 
     def candidates(self, context: SearchContext) -> list[Effect]:
-        """At each drive that acts along an axis, where they are few. Tell-tale: where the force
-        comes in, the structure is heavier and stiffer."""
-        drives = context.forces if len(context.forces) <= MOST else ()
+        """At each drive that acts along an axis, where they are few and drive together, or there is
+        but one (else `DriveMass`). Tell-tale: where the force comes in, the structure is heavier
+        and stiffer."""
+        few = len(context.forces) <= MOST and not context.apart
+        drives = context.forces if few else ()
         return [e for label in drives if (e := self._at(label, context)) is not None]
 
     def _at(self, label: str, context: SearchContext) -> Effect | None:
@@ -76,6 +79,30 @@ class ShakerAttachment(EffectType):
             f"{quantity(values['m'], 'kg')} and a spring of {quantity(values['k'], 'N/m')}, which "
             "the model does not have."
         )
+
+
+@final
+class DriveMass(EffectType):
+    """A lump wherever the drive is: force cell, stud and armature of one shaker that went from
+    place to place."""
+
+    name = "added_mass"
+    noun = "a mass that goes with the drive"
+    rig = True
+    sought = False  # screening and finite sizes know it where it stands in the model alone
+    told_by = frozenset({RESPONSES})
+
+    def candidates(self, context: SearchContext) -> list[Effect]:
+        """The lump at the first of several drives that act one at a time. Tell-tale: modes are
+        lower by as much as the place that is driven moves in them, in each recording by its own."""
+        drives = context.forces if context.apart and len(context.forces) <= PLACES else ()
+        nodes = {channel_place(label).nodes for label in drives[:1]}
+        lumped = [e for e in AddedMass().candidates(context) if e.place.nodes in nodes and e.spot]
+        return [with_drive(e) for e in lumped]
+
+    def says(self, effect: Effect, values: Mapping[str, float]) -> str:
+        """As of a lump."""
+        return AddedMass().says(effect, values)
 
 
 def _grown(model: Model, node: int, rows: list[int], row: int, units: tuple[float, float]) -> Model:

@@ -199,11 +199,13 @@ ACCELEROMETERS = {
 
 @dataclass(frozen=True)
 class Case:
-    """An effect type by the name of its class: where it can stand, and figures to be told."""
+    """An effect type by the name of its class: where it can stand, and figures to be told;
+    ``apart``: of several drives, one at a time."""
 
     type: str
     structure: str
     figures: Mapping[str, float]
+    apart: bool = False
 
 
 CASES = (
@@ -231,6 +233,7 @@ CASES = (
     Case("FlexibleSupport", "beam", {"k": 2.1e6, "m": 3.4}),
     Case("MovingFixture", "frame", {"k": 2.1e6, "m": 3.4, "kr": 5.6e3, "J": 0.021}),
     Case("ShakerAttachment", "beam", {"m": 0.021, "k": 4300.0}),
+    Case("DriveMass", "beam", {"m": 0.021}, apart=True),
     Case("JointFlexibility", "beam", {"k": 2.1e6}),
     Case("EqualJoints", "frame", {"k": 2.1e6}),
     Case("ShearDeformation", "beam", {"kappa": 0.83}),
@@ -244,6 +247,7 @@ CASES = (
     Case("ChannelGain", "beam", {"gain": 0.5}),
     Case("ForceGain", "beam", {"gain": 0.88}),
     Case("DriveGain", "beam", {"gain": 0.88}),
+    Case("RecordingGain", "beam", {"gain": 0.88}, apart=True),
     Case("ChannelDelay", "beam", {"delay": 0.0037}),
     Case("ExchangedChannels", "beam", {"gain": 1.0}),
     Case("CubicStiffness", "beam", {"k3": 2.2e7}),

@@ -81,6 +81,12 @@ class Data:
         """Such forces that are held out only."""
         return tuple(x for x in _by_themselves(self.sharp_hold_out) if x not in self.driven)
 
+    @cached_property
+    def apart(self) -> bool:
+        """Whether of several drives each recording that is fitted has one alone: what a shaker
+        brings may have gone from one to the other."""
+        return len(self.driven) > 1 and all(len(s.inputs) == 1 for s in self.sharp)
+
     def mesh_of(self, model: Model) -> MeshError:
         """The mesh error of a hypothesis: where it lets beams deform in shear, that of beams which
         do. As a part of the theory, shear makes as little of it as of the frequencies."""

@@ -146,7 +146,7 @@ class ResponseEvidence(Linear):
 
         held = tuple((n, k) for n, k in self.supports if f"n{n}.{k}" not in model.place)
         d, own = self.data, elements_of(self.file or self.model)
-        rig = (self._zeta, d.accelerometers, d.driven, d.forces, d.later, own)
+        rig = (self._zeta, d.accelerometers, d.driven, d.forces, d.later, d.apart, own)
         return SearchContext(model, m.K, m.M, d.top, d.bottom, d.sensors, held, released, *rig)
 
     def candidates(self, model: Model, names: Sequence[str] | None = None) -> list[Effect]:

@@ -237,7 +237,7 @@ def _asked(seed: Seed, effort: str) -> object:
 
 def _classes(effects: Sequence[Effect]) -> list[Effect]:
     """Without those at one place of a class that is there as a whole."""
-    several = [e for e in effects if len(e.place.nodes) > 1]
+    several = [e for e in effects if len(e.place.nodes) > 1 and e.change is not None]
     return [e for e in effects if not any(_within(e, c) for c in several)]
 
 

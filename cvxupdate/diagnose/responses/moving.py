@@ -1,7 +1,7 @@
 """Responses to a drive that took along what stands at it (`cvxupdate.physics.shaker`).
 
-The model has the shaker's mass and spring where the fitted recordings were driven. Driven from
-elsewhere the structure is without them there, and has them at its new drive: a change Δ of the
+The model has the shaker's mass and spring where the first of what was fitted was driven. Driven
+from elsewhere the structure is without them there, and has them at its new drive: a change Δ of the
 dynamic stiffness of these few DOFs by which receptances H become H − H_sr Δ (I + H_rr Δ)⁻¹ H_rd, in
 closed form (Sherman, Morrison and Woodbury; Ewins 2000, 6.4).
 """
@@ -15,13 +15,17 @@ from typing import Protocol
 import numpy as np
 
 from cvxupdate.diagnose.responses.signals import Complex, Real, Signal
+from cvxupdate.fe.block import Index
 from cvxupdate.fe.model import KINDS, DerivativeBlock, Model
 from cvxupdate.fe.modes import Modes
-from cvxupdate.fe.synthesis.derivatives import summed
+from cvxupdate.fe.synthesis.derivatives import Among, summed
 from cvxupdate.fe.synthesis.loss import Loss
-from cvxupdate.fe.synthesis.pieces import Response, respond, sensor_rows
+from cvxupdate.fe.synthesis.pieces import Driven, Response, respond, sensor_rows
+from cvxupdate.fe.synthesis.products import times
 from cvxupdate.physics.place import channel_place
 from cvxupdate.physics.shaker import goes_with_drive
+
+Rate = DerivativeBlock | Among
 
 
 class Point(Protocol):
@@ -38,10 +42,6 @@ class Point(Protocol):
     @property
     def loss(self) -> Loss:
         """How they lose energy."""
-
-    @property
-    def near(self) -> int:
-        """How many have pieces of their own."""
 
     def further_damping(self) -> tuple[Real | None, Real | None]:
         """C and D among the lowest of them."""
@@ -64,9 +64,9 @@ class Carried:
         return cls(tuple(labels), blocks)
 
     def where(self, driven: Sequence[str]) -> Carried:
-        """The same, or nothing where ``driven`` is another place than where it stands."""
+        """The same, or nothing where none of the places ``driven`` is that where it stands."""
         nodes = {x.split(".")[0] for b in self.labels for row in b for x in row if x}
-        return self if {x.split(".")[0] for x in driven} == nodes else NOTHING
+        return self if nodes <= {x.split(".")[0] for x in driven} else NOTHING
 
     def on(self, model: Model) -> list[DerivativeBlock]:
         """The blocks on a model that has it there by itself."""
@@ -88,19 +88,33 @@ def _going(model: Model, p: Real) -> list[DerivativeBlock]:
 
 def driven(
     point: Point, model: Model, signal: Signal, response: Response, carried: Carried = NOTHING
-) -> Complex:
-    """The ``model``'s answer (points, sensors, cases) to a signal; another than its ``response``
-    where the signal is driven from a place to which something went along: what its parameters say,
-    and what it had ``carried`` there before."""
+) -> Response:
+    """The ``model``'s answer to a signal; another than its ``response`` where the signal is driven
+    from a place to which something went along: what its parameters say, and what it had
+    ``carried`` there before."""
     if len(signal.inputs) != 1:
-        return response.raw
+        return response
     blocks = [*carried.on(model), *_going(model, point.p)]
     if not blocks:
-        return response.raw
+        return response
     pairs = [(b, _moved(model, b, signal.inputs[0])) for b in blocks]
     if all(np.array_equal(stays.dofs, goes.dofs) for stays, goes in pairs):
-        return response.raw
+        return response
     return _changed(point, model, signal, pairs)
+
+
+def rates_at(
+    model: Model, p: Real, signal: Driven, rates: Sequence[Sequence[Rate]]
+) -> Sequence[Sequence[Rate]]:
+    """Derivatives of the model by every parameter, as a signal has them: where the drive is, of
+    those that go with it."""
+    going = [j for j, q in enumerate(model.parameters) if goes_with_drive(q.name)]
+    if len(signal.inputs) != 1 or not going:
+        return rates
+    out = list(rates)
+    for j in going:
+        out[j] = [_moved(model, b, signal.inputs[0]) for b in model.derivative(j, p)]
+    return out
 
 
 def _moved(model: Model, block: DerivativeBlock, drive: str) -> DerivativeBlock:
@@ -125,29 +139,42 @@ def _changed(
     model: Model,
     signal: Signal,
     pairs: Sequence[tuple[DerivativeBlock, DerivativeBlock]],
-) -> Complex:
-    """Responses where each first block is taken off and the second put on."""
-    s = signal.s
+) -> Response:
+    """Responses where each first block is taken off and the second put on, every mode with pieces
+    of its own: (Z + Δ)⁻¹ = Z⁻¹ − Z⁻¹ Δ (I + H Δ)⁻¹ Z⁻¹, on the side of the drive and of the
+    sensors, so that what derives from these pieces is that of the changed structure."""
     used = np.unique(np.concatenate([b.dofs.reshape(-1) for pair in pairs for b in pair]))
     sensors, inputs = (sensor_rows(model, x) for x in (signal.sensors, signal.inputs))
-    n, m = len(sensors), len(inputs)
-    unit = np.broadcast_to(np.eye(m + len(used), dtype=complex), (len(s), *[m + len(used)] * 2))
-    free = replace(signal, order=0, U=unit)
-    H = respond(
-        free,
+    n, every = len(sensors), len(point.modes.eigenvalues)
+    r = respond(
+        signal,
         point.modes,
         np.concatenate([sensors, used]),
-        np.concatenate([inputs, used]),
+        inputs,
         point.loss,
         *point.further_damping(),
-        point.near,
-    ).raw
+        every,
+    )
+    answer, phi = r.a[:, :, n:], r.at[:, n:]  # to forces at the DOFs; the modes' shapes there
+    H, heard, moved = (
+        np.moveaxis(times(phi.T, x), 0, 1) for x in (answer, r.a[:, :, :n], r.q)
+    )  # (points, DOFs, ·)
+    delta = _stiffness(pairs, used, signal.s)
+    core = np.linalg.solve(np.eye(len(used)) + delta @ H, delta)
+    pull = np.swapaxes(answer, 0, 1)  # (points, modes, DOFs)
+    q = r.q - np.swapaxes(pull @ (core @ moved), 0, 1)
+    a = r.a[:, :, :n] - np.swapaxes(pull @ (np.swapaxes(core, 1, 2) @ heard), 0, 1)
+    raw = r.drive[:, None, None] * np.moveaxis(times(r.at[:, :n].T, q), 0, 1)
+    return Response(signal, q, a, None, raw, r.drive, r.at[:, :n], r.inverse, True)
+
+
+def _stiffness(
+    pairs: Sequence[tuple[DerivativeBlock, DerivativeBlock]], used: Index, s: Complex
+) -> Complex:
+    """Δ (points, DOFs, DOFs): the dynamic stiffness of the second blocks less that of the first."""
     delta = np.zeros((len(s), len(used), len(used)), dtype=complex)
     at, none = s[:, None, None], np.zeros(delta.shape[1:])
     for sign, block in ((sign, b) for pair in pairs for sign, b in zip((-1, 1), pair, strict=True)):
         K, M, C, D = (none if x is None else x for x in summed(block, used))
         delta += sign * (K + at**2 * M + at * C + 1j * D)
-    inner = np.eye(len(used)) + H[:, n:, m:] @ delta
-    y = H[:, :n, :m] - H[:, :n, m:] @ delta @ np.linalg.solve(inner, H[:, n:, :m])
-    y *= (s**signal.order)[:, None, None]
-    return np.asarray(y if signal.plain else np.einsum("psi,pic->psc", y, signal.U))
+    return delta

@@ -14,7 +14,7 @@ from scipy.optimize import linear_sum_assignment
 from cvxupdate.diagnose.nominal.mesh import NONE, MeshError
 from cvxupdate.diagnose.nominal.scatter import prior_scales
 from cvxupdate.diagnose.responses.losses import Losses, own_strain, ratios_of
-from cvxupdate.diagnose.responses.moving import NOTHING, Carried, driven
+from cvxupdate.diagnose.responses.moving import NOTHING, Carried, driven, rates_at
 from cvxupdate.diagnose.responses.signals import Complex, Real, Signal
 from cvxupdate.diagnose.settings import (
     COMMON_DAMPING_STD,
@@ -203,7 +203,8 @@ class ResponsePoint:
         out, model, (C, D) = [], self.setting.model, self.further_damping()
         for s in self.setting.signals:
             at, by = (sensor_rows(model, labels) for labels in (s.sensors, s.inputs))
-            out.append(respond(s, self.modes, at, by, self.loss, C, D, self.near))
+            r = respond(s, self.modes, at, by, self.loss, C, D, self.near)
+            out.append(driven(self, model, s, r, self.setting.carried))
         return tuple(out)
 
     @recent
@@ -257,30 +258,30 @@ class ResponsePoint:
 
     def modelled(self) -> tuple[Complex, ...]:
         """Model rows (rows, sensors, cases) of every signal, sensor faults included."""
-        own, each = self.setting, zip(self.setting.signals, self.responses, strict=True)
-        there = ((s, r, driven(self, own.model, s, r, own.carried)) for s, r in each)
-        return tuple(r.rows(self.faulty(s, y)) for s, r, y in there)
+        return tuple(r.rows(self.faulty(r.signal, r.raw)) for r in self.responses)
 
     @cached_property
     def differences(self) -> tuple[Real, Real, tuple[str, ...]]:
         """(model − measured, weights, labels) by signal: real parts, then imaginary ones."""
-        values, weights = [], []
+        values, weights = list[Real](), list[Real]()
         for signal, model in zip(self.setting.signals, self.modelled(), strict=True):
             gap, weight = (model - signal.Y).reshape(-1), 1.0 / signal.scale().reshape(-1)
-            values += [gap.real, gap.imag]
-            weights += [weight, weight]
+            values, weights = [*values, gap.real, gap.imag], [*weights, weight, weight]
         flat = np.concatenate(values)
         return flat, np.concatenate(weights), ("",) * len(flat)
 
     def jacobian(self) -> Real:
         """Derivative of `differences` with respect to every unknown, (rows, unknowns)."""
         lam, s = np.maximum(self.modes.eigenvalues, 0.0), self.setting
-        rates = s.shapes.derivatives(self.p[: len(s.model.parameters)], self.found.X[:, : self.low])
-        change = Changes.of(rates, self.modes, self.low)
+        p, X = self.p[: len(s.model.parameters)], self.found.X[:, : self.low]
+        rates = s.shapes.derivatives(p, X)
+        usual = Changes.of(rates, self.modes, self.low)
         losses = Losses(self.loss, lam, self.owner, s.mixed, s.tuned)
         parts, faulty = [], self.faulty if s.faults else None
         for r in self.responses:
             damped = losses.own(r, faulty)
+            here = rates_at(s.model, p, r.signal, rates)
+            change = usual if here is rates else Changes.of(here, self.modes, self.low)
             columns = np.concatenate([change.columns(r), losses.together(r)], axis=-1)
             if self.setting.faults:
                 own = [self.fault_rate(k, r.signal, r.raw) for k in range(len(s.faults))]

@@ -23,7 +23,7 @@ from cvxupdate.diagnose.settings import MOUNTS, PARENTS, SEVERAL_LEVEL
 from cvxupdate.diagnose.types import Evidence, Progress, Seed
 from cvxupdate.errors import CvxupdateError
 from cvxupdate.forked import Ahead, every
-from cvxupdate.physics.effect import MODES
+from cvxupdate.physics.effect import MODES, MOTION
 
 RIGS = "what the test rig may do, beside the best set"
 
@@ -40,6 +40,8 @@ def a_rig_alone(
     approach = evidence.approach
     if not singles or singles[0].penalised <= enough:
         return []
+    if approach is None and evidence.told_by == MOTION:
+        return [h for h in at_once(evidence, progress, False) if len(h.effects) > 1]
     if approach is None:
         found = _everywhere(evidence, singles, progress) if evidence.told_by == MODES else []
         return [h for h in found if len(h.effects) > 1 and evidence.clear(h.fit)]

@@ -16,12 +16,16 @@ from cvxupdate.diagnose.hypothesis import (
     seed_from,
     without,
 )
+from cvxupdate.diagnose.search import rigs
 from cvxupdate.diagnose.search.backward import merit
 from cvxupdate.diagnose.search.coarse import coarsely, enough_alone
 from cvxupdate.diagnose.search.race import raced
 from cvxupdate.diagnose.search.rigs import a_rig_alone, beside_a_rig
+from cvxupdate.diagnose.search.several import in_their_place
 from cvxupdate.diagnose.types import Score
 from cvxupdate.physics.cords import Cords
+from cvxupdate.physics.effect import MOTION
+from tests.cases.plain_evidence import PlainEvidence, PlainFit, effect, rig
 
 NAMES = ("added_mass", "sensor_mass", "sensor_fault", "stiffness_change")
 
@@ -103,3 +107,20 @@ def test_what_a_rig_does_not_explain_is_not_asked_twice(evidence, best, monkeypa
 
 def test_a_structure_hangs_from_a_rig(best):
     assert Cords.mount and not any(map(of_a_rig, best.effects))
+
+
+def test_of_motions_all_that_a_rig_does_alike_is_tried_without_an_approach(monkeypatch):
+    """Where the best single effect leaves much, as sets alone: single effects are fitted anyhow."""
+    evidence = PlainEvidence(told_by=MOTION)
+    far = Hypothesis((effect(),), PlainFit(50.0))
+    both = Hypothesis((rig("sensor_mass"), rig("grounding_spring")), PlainFit(2.0))
+    one = Hypothesis((rig("sensor_mass"),), PlainFit(20.0))
+    monkeypatch.setattr(rigs, "at_once", lambda *_: [both, one])
+    assert a_rig_alone(evidence, [far], 40.0, quiet) == [both]
+    assert a_rig_alone(evidence, [far], 60.0, quiet) == [], "it leaves no more than that"
+    assert a_rig_alone(PlainEvidence(), [far], 40.0, quiet) == []
+
+
+def test_of_motions_nothing_is_sought_in_place_of_single_effects(monkeypatch):
+    far = Hypothesis((effect(),), PlainFit(50.0))
+    assert in_their_place(PlainEvidence(told_by=MOTION), [far], quiet) == [far]
