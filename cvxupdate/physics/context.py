@@ -24,8 +24,7 @@ class SearchContext:
     the labels of the DOFs where a force was measured, ``forces`` those of which the recordings tell
     the force's own gain, ``later`` those where only what is held out has such a force; ``apart``:
     of several drives each recording has one alone; ``own`` the numbers of the elements that no
-    effect added (None: of all); ``undamped``: the recordings are
-    of undamped modes."""
+    effect added (None: of all); ``undamped``: the recordings are of undamped modes."""
 
     model: Model
     K: sp.csc_array

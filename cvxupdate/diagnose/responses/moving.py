@@ -26,6 +26,7 @@ from cvxupdate.physics.place import channel_place
 from cvxupdate.physics.shaker import goes_with_drive
 
 Rate = DerivativeBlock | Among
+Further = tuple[Real | None, Real | None]
 
 
 class Point(Protocol):
@@ -43,8 +44,9 @@ class Point(Protocol):
     def loss(self) -> Loss:
         """How they lose energy."""
 
-    def further_damping(self) -> tuple[Real | None, Real | None]:
-        """C and D among the lowest of them."""
+    @property
+    def near(self) -> int:
+        """How many have pieces of their own."""
 
 
 @dataclass(frozen=True)
@@ -80,27 +82,27 @@ class Carried:
 NOTHING = Carried((), ())
 
 
+def _which(model: Model) -> list[int]:
+    return [j for j, q in enumerate(model.parameters) if goes_with_drive(q.name)]
+
+
 def _going(model: Model, p: Real) -> list[DerivativeBlock]:
-    going = [j for j, q in enumerate(model.parameters) if goes_with_drive(q.name)]
     own = p[: len(model.parameters)]
-    return [_sized(b, float(own[j])) for j in going for b in model.derivative(j, own)]
+    return [_sized(b, float(own[j])) for j in _which(model) for b in model.derivative(j, own)]
 
 
 def driven(
-    point: Point, model: Model, signal: Signal, response: Response, carried: Carried = NOTHING
+    point: Point, model: Model, signal: Signal, further: Further, carried: Carried = NOTHING
 ) -> Response:
-    """The ``model``'s answer to a signal; another than its ``response`` where the signal is driven
-    from a place to which something went along: what its parameters say, and what it had
-    ``carried`` there before."""
-    if len(signal.inputs) != 1:
-        return response
-    blocks = [*carried.on(model), *_going(model, point.p)]
-    if not blocks:
-        return response
+    """The ``model``'s answer to a signal, with C and D among its lowest modes (``further``): where
+    that is driven from a place to which something went along, with that there, be it what its
+    parameters say or what it had ``carried`` there before."""
+    blocks = [*carried.on(model), *_going(model, point.p)] if len(signal.inputs) == 1 else []
     pairs = [(b, _moved(model, b, signal.inputs[0])) for b in blocks]
-    if all(np.array_equal(stays.dofs, goes.dofs) for stays, goes in pairs):
-        return response
-    return _changed(point, model, signal, pairs)
+    if any(not np.array_equal(stays.dofs, goes.dofs) for stays, goes in pairs):
+        return _changed(point, model, signal, further, pairs)
+    at, by = (sensor_rows(model, labels) for labels in (signal.sensors, signal.inputs))
+    return respond(signal, point.modes, at, by, point.loss, *further, point.near)
 
 
 def rates_at(
@@ -108,7 +110,7 @@ def rates_at(
 ) -> Sequence[Sequence[Rate]]:
     """Derivatives of the model by every parameter, as a signal has them: where the drive is, of
     those that go with it."""
-    going = [j for j, q in enumerate(model.parameters) if goes_with_drive(q.name)]
+    going = _which(model)
     if len(signal.inputs) != 1 or not going:
         return rates
     out = list(rates)
@@ -138,6 +140,7 @@ def _changed(
     point: Point,
     model: Model,
     signal: Signal,
+    further: Further,
     pairs: Sequence[tuple[DerivativeBlock, DerivativeBlock]],
 ) -> Response:
     """Responses where each first block is taken off and the second put on, every mode with pieces
@@ -152,7 +155,7 @@ def _changed(
         np.concatenate([sensors, used]),
         inputs,
         point.loss,
-        *point.further_damping(),
+        *further,
         every,
     )
     answer, phi = r.a[:, :, n:], r.at[:, n:]  # to forces at the DOFs; the modes' shapes there

@@ -35,8 +35,6 @@ from cvxupdate.fe.synthesis.pieces import (
     Receptances,
     Response,
     receptances,
-    respond,
-    sensor_rows,
 )
 from cvxupdate.fe.synthesis.shapes import Found, Shapes
 from cvxupdate.physics.fault import Fault
@@ -200,12 +198,8 @@ class ResponsePoint:
     @recent
     def responses(self) -> tuple[Response, ...]:
         """The model's answer to every signal, before sensor faults."""
-        out, model, (C, D) = [], self.setting.model, self.further_damping()
-        for s in self.setting.signals:
-            at, by = (sensor_rows(model, labels) for labels in (s.sensors, s.inputs))
-            r = respond(s, self.modes, at, by, self.loss, C, D, self.near)
-            out.append(driven(self, model, s, r, self.setting.carried))
-        return tuple(out)
+        own, further = self.setting, self.further_damping()
+        return tuple(driven(self, own.model, s, further, own.carried) for s in own.signals)
 
     @recent
     def derivatives(self) -> tuple[tuple[DerivativeBlock, ...], ...]:
@@ -263,10 +257,11 @@ class ResponsePoint:
     @cached_property
     def differences(self) -> tuple[Real, Real, tuple[str, ...]]:
         """(model − measured, weights, labels) by signal: real parts, then imaginary ones."""
-        values, weights = list[Real](), list[Real]()
+        values, weights = [], []
         for signal, model in zip(self.setting.signals, self.modelled(), strict=True):
             gap, weight = (model - signal.Y).reshape(-1), 1.0 / signal.scale().reshape(-1)
-            values, weights = [*values, gap.real, gap.imag], [*weights, weight, weight]
+            values += [gap.real, gap.imag]
+            weights += [weight, weight]
         flat = np.concatenate(values)
         return flat, np.concatenate(weights), ("",) * len(flat)
 

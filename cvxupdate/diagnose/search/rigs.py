@@ -36,11 +36,11 @@ def a_rig_alone(
     everything else would be sought for nothing, and where time ends the search what imitates it
     would stand alone. Nothing where the best leaves no more than ``enough``. Tables of modes have
     no approach, but fits of all that a rig does everywhere, alone and beside the best, where one of
-    them leaves nothing."""
+    them leaves nothing; of motions all of it is fitted everywhere, and laws are sought beside."""
     approach = evidence.approach
     if not singles or singles[0].penalised <= enough:
         return []
-    if approach is None and evidence.told_by == MOTION:
+    if evidence.told_by == MOTION:
         return [h for h in at_once(evidence, progress, False) if len(h.effects) > 1]
     if approach is None:
         found = _everywhere(evidence, singles, progress) if evidence.told_by == MODES else []
