@@ -203,20 +203,21 @@ CHANCE = 0.99
 LIKELY = 0.95
 # A finding must halve the misfit beyond noise, and the held-out error of the model as it came.
 HALVED = 0.5
-# Of the held-out error with nuisance parameters alone, noise apart.
-LOWER = 0.7
-# Times the noise: a held-out error that cannot become lower.
-MET = 1.1
+# Of the held-out error with nuisance parameters alone, noise apart; times the noise: a held-out
+# error that cannot become lower.
+LOWER, MET = 0.7, 1.1
 # Fall of Bayes' information criterion that is strong evidence (Kass and Raftery 1995); hypotheses
 # nearer to one another are not told apart.
 STRONG = 6.0
 # Standard deviations that a size must be from nothing (of an oscillator whose mode was measured: it
 # is there), from which on a group is off by more than scatter; part of a bound that is on it.
 LEAST_SIZE, SEEN_SIZE, STRAINED, AT_BOUND = 2.0, 1.0, 3.0, 1e-3
-# Relative error (responses, eigenvalues) above which even the best model leaves them unexplained.
-UNEXPLAINED = 0.1
-# Fraction of the nuisance parameters' misfit that an effect may leave that does not explain all.
-CLEARLY = 0.1
+# Relative error (responses, eigenvalues) above which even the best model leaves them unexplained;
+# fraction of the nuisance parameters' misfit that an effect may leave that does not explain all.
+UNEXPLAINED, CLEARLY = 0.1, 0.1
+# Times its own mass that a part may have come to weigh between two tests: as much as a steel pipe
+# of sixty wall thicknesses that was filled with water. More is put on at nodes.
+HEAVIEST = 3.0
 # Times what the mesh may leave: nothing below is taken for a second effect.
 TWICE = 2.0
 # Fall of a misfit that already counts as explained from which an effect is still believed.
@@ -286,10 +287,9 @@ OWN_GAIN = 0.7
 APART_ENOUGH = 5.0
 # Responses that a plan proposes as a set: what an analyser with a force and four motions takes in
 # one run, for a single one seldom tells; at most three such runs, or half an hour with a hammer. In
-# between it ends where so many others are expected to be listed still, or no more lowers that.
-FEWEST_TOGETHER, RESPONSES_TOGETHER, LEFT_ENOUGH = 4, 12, 0.1
-# Explanations expected to be listed still: as many more are as good.
-EVEN = 0.1
+# between it ends where so many others are expected to be listed still (and so many more are as
+# good), or no more lowers that.
+FEWEST_TOGETHER, RESPONSES_TOGETHER, LEFT_ENOUGH, EVEN = 4, 12, 0.1, 0.1
 # Known mass that a plan proposes to put on, part of the structure's: two to three per cent of the
 # frequencies, which any test tells, and still a small change of the structure.
 KNOWN_MASS = 0.05

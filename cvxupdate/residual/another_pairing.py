@@ -66,8 +66,8 @@ def nearest_pairing(point: ModalPoint) -> ModalPoint:
     """The same model with every fitted mode paired anew, by least weighted squares of eigenvalues
     and shape entries: modes that a gross effect mixes are not told by following the model's own.
 
-    Modes that are only scored go with a fitted one that they shared; where fitted ones changed,
-    another that looks as they do may be nearer, which an effect brought among them.
+    Modes that are only scored go with a fitted one that they shared; else another that looks as
+    they do may be nearer by now: a few sensors see alike what are different modes.
     """
     fit, modes, places = point.residual.fit, point.modes, [q.copy() for q in point.places]
     shapes: dict[tuple[int, int], Real] = {}
@@ -84,12 +84,12 @@ def nearest_pairing(point: ModalPoint) -> ModalPoint:
             went[int(places[k][who[int(x)]])] = int(a)
             places[k][who[int(x)]] = a
     taken = set(went.values())
-    changed = any(a != at for at, a in went.items())
     for k, table in enumerate(point.residual.hold_out, len(fit)):
         moved = [_moved(int(at), went, taken) for at in places[k]]
         for i, (at, now) in enumerate(zip(places[k].tolist(), moved, strict=True)):
-            if changed and now >= 0 and at not in went:
-                moved[i] = _nearest(point, table, i, now, taken)
+            if now >= 0 and at not in went:
+                others = {a for j, a in enumerate(moved) if j != i}
+                moved[i] = _nearest(point, table, i, now, taken | others)
         places[k] = np.array(moved, dtype=np.int64)
     return replace(point, places=tuple(places))
 

@@ -57,15 +57,16 @@ def test_modes_that_were_exchanged_are_put_right(point) -> None:
     assert all(np.array_equal(a, b) for a, b in zip(found.places, right, strict=True))
 
 
-def test_a_mode_that_is_only_scored_is_found_where_fitted_ones_changed(tmp_path) -> None:
-    """An effect that brought a mode among them shifts the numbers of all above."""
+def test_a_mode_that_is_only_scored_is_found_anew(tmp_path) -> None:
+    """An effect that brought a mode among the fitted ones shifts the numbers of all above; and a
+    few sensors see alike what are different modes, of which an effect moves one."""
     point = compared(tmp_path, [0, 1, 2], [3])
     right = point.places
     shifted = replace(point, places=(right[0][[0, 2, 1]], right[1] + 1))
     found = nearest_pairing(shifted)
     assert all(np.array_equal(a, b) for a, b in zip(found.places, right, strict=True))
     alone = replace(point, places=(right[0], right[1] + 1))
-    assert np.array_equal(nearest_pairing(alone).places[1], right[1] + 1)
+    assert np.array_equal(nearest_pairing(alone).places[1], right[1])
 
 
 def test_a_right_pairing_stays(point) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 
 from cvxupdate.diagnose.hypothesis import Hypothesis
 from cvxupdate.diagnose.judge.alternatives import nodes_of
-from cvxupdate.diagnose.settings import LEAST_SIZE
+from cvxupdate.diagnose.settings import HEAVIEST, LEAST_SIZE
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.select import has_property
 
@@ -21,7 +21,8 @@ def unheard_of(h: Hypothesis, file: Model) -> int:
     """How many effects of a hypothesis are against nature where the structure is the one that was
     tested before: parts crack, wear thin and come loose, and masses are put on and taken off; but
     elements that are made of something grow neither stiffer nor thicker by themselves, nor lighter
-    without getting softer, and no more mass can be taken off a node than is drawn there
+    without getting softer, nor several times as heavy, and no more mass can be taken off a node
+    than is drawn there
     (``file``: the model as it came; elements without mass, as springs, may be tightened). What
     is told by natural frequencies alone asks for it: in a slender cantilever a mass that is
     taken off near the clamp and a part that is stiffer as far from the tip shift them alike."""
@@ -48,6 +49,8 @@ def _is(h: Hypothesis, k: int, file: Model) -> bool:
     effect = h.effects[k]
     if effect.physics in GROWS and effect.columns:
         grows = GROWS[effect.physics] * float(h.sizes(k)[0]) > 0.0
+        if effect.physics == "mass_change":
+            grows |= h.figures[k].values["factor"] > HEAVIEST
         return grows and _made(file, effect.place.elements)
     if effect.physics != LUMP or not effect.columns or h.sizes(k)[0] >= 0.0:
         return False

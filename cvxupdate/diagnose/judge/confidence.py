@@ -51,10 +51,11 @@ class Standing:
 
     @property
     def told(self) -> bool:
-        """Whether it is stated: its place, with those that are hardly told from it, is likelier
-        than all others together, and nothing else there is strongly favoured over it; what does as
-        well there is listed beside it."""
-        return not self.otherwise and min(self.here, self.most) >= STATED
+        """Whether it is stated: its place, with those that are hardly told from it or hold most of
+        it, is likelier than all others together, and nothing else there is strongly favoured over
+        it; what does as well there is listed beside it."""
+        likely = max(self.here, self.support)
+        return not self.otherwise and min(likely, self.most) >= STATED
 
     def to_json(self) -> dict[str, object]:
         """An entry ``standing`` of diagnosis.json; effects by their words and places."""

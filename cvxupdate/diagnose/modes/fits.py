@@ -87,9 +87,9 @@ def paired(setting: ModesSetting, start: Real) -> Fit:
     strongly favoured, for there is always another that takes what an effect moves far."""
     found = fitted(setting, start, OPTIONS)
     near = nearest_pairing(found.point)
-    same = zip(near.places, found.point.places, strict=True)
-    if all(np.array_equal(a, b) for a, b in same):
-        return found
+    fit = range(len(found.point.residual.fit))
+    if all(np.array_equal(near.places[k], found.point.places[k]) for k in fit):
+        return replace(found, point=near)  # of those that are only scored
     again = fitted(_begun(setting, near), found.p, OPTIONS)
     gain = found.rows * np.log(max(found.cost, 1e-300) / max(again.cost, 1e-300))
     least = STRONG if passed_over(again.point) > passed_over(found.point) else 0.0

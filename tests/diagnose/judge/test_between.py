@@ -42,7 +42,7 @@ def bar(tmp_path_factory):
 def of(what, size: float, **figure):
     """A hypothesis of one effect with its first unknown; ``figure``: m with its deviation."""
     figures = SimpleNamespace(
-        values={"m": figure.get("m", size)}, deviations={"m": figure.get("std", 0.01)}
+        values={"m": figure.get("m", size), "factor": 1.0 + size}, deviations={"m": figure.get("std", 0.01)}
     )
     return SimpleNamespace(effects=(what,), sizes=lambda k: [size], figures=(figures,))
 
@@ -58,6 +58,8 @@ def test_material_gets_no_lighter_by_itself(bar) -> None:
     there = effect("mass_change", elements=(2, 3))
     assert unheard_of(of(there, -0.2), bar) == 1
     assert unheard_of(of(there, 0.2), bar) == 0, "something was put on"
+    assert unheard_of(of(there, 1.9), bar) == 0, "a pipe was filled"
+    assert unheard_of(of(there, 2.1), bar) == 1, "that is a lump"
 
 
 def test_what_has_no_mass_may_be_tightened(bar) -> None:
