@@ -1,9 +1,9 @@
-"""Where a diagnosis loses a truth that is known: ``python -m validation.lost [--plates] SEED …``.
+"""Where a diagnosis loses a truth that is known: ``python -m validation.lost [--plates|--rigs] SEED …``.
 
-Seeds are those of `make calibrate` and `python -m validation.pairs`, or of `make plates`; or name
-folders with ``problem.toml`` and ``truth.toml``. Each case is diagnosed, and its truth is fitted by
-hand beside it: placed by its words and places, at the best sizes, from each order of its effects.
-What is said then is the first of these that holds:
+Seeds are those of `make calibrate` and `python -m validation.pairs`, of `make plates` or (two
+states) of `make rigs`; or name folders with ``problem.toml`` and ``truth.toml``. Each case is
+diagnosed, and its truth is fitted by hand beside it: placed by its words and places, at the best
+sizes, from each order of its effects. What is said then is the first of these that holds:
 
 model      the truth itself leaves more than a sound model may: theory, mesh, nuisance parameters
 proposal   the true set was never begun
@@ -23,24 +23,16 @@ import sys
 import tempfile
 import time
 import tomllib
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
-from unittest import mock
 
-from cvxupdate.diagnose import pipeline
 from cvxupdate.diagnose.hypothesis import Hypothesis, at_nominal, seeds_from
 from cvxupdate.diagnose.judge import judge as judging
 from cvxupdate.diagnose.judge.acceptance import better, credible, explained, needs_several, refuted
 from cvxupdate.diagnose.judge.posterior import log_odds
 from cvxupdate.diagnose.judge.soundness import sound
-from cvxupdate.diagnose.modes.evidence import ModesEvidence
-from cvxupdate.diagnose.responses.evidence import ResponseEvidence
-from cvxupdate.diagnose.responses.guide import Guide
 from cvxupdate.diagnose.screen.shortlist import best_of
-from cvxupdate.diagnose.search.search import Found
 from cvxupdate.diagnose.search.several import at_level
 from cvxupdate.diagnose.settings import SEVERAL_LEVEL
 from cvxupdate.diagnose.types import Evidence, Seed
@@ -50,39 +42,14 @@ from validation import calibrate, generate
 from validation.pairs import NEW
 from validation.plates.cases import EVALUATION
 from validation.plates.files import make as make_plate
+from validation.rigs.cases import secret
+from validation.rigs.generate import make as make_rig
+from validation.rigs.judge import judged as on_a_rig
+from validation.watched import Watched, watched
 
 STARTS = 3  # sizes, or tunings, from which each effect of the truth is begun by hand
 WORSE = 1.1  # times what the fit by hand leaves: the search ended in another minimum
 Truth = Sequence[Mapping[str, Any]]
-
-
-@dataclass(frozen=True)
-class Begun:
-    """A fit of the search: of what, where it was in the levels, what it left, when (processor
-    s)."""
-
-    effects: tuple[Effect, ...]
-    level: int
-    effort: str
-    misfit: float
-    at: float
-
-
-@dataclass
-class Watched:
-    """A search with all its fits, and what was made of it."""
-
-    fits: list[Begun] = field(default_factory=list)
-    progress: list[tuple[float, str]] = field(default_factory=list)
-    evidence: Evidence | None = None
-    found: Found = field(default_factory=Found)
-    judgement: judging.Judgement | None = None
-    began: float = field(default_factory=time.process_time)
-
-    @property
-    def now(self) -> float:
-        """Processor seconds since it began."""
-        return time.process_time() - self.began
 
 
 def says(effect: Effect, true: Mapping[str, Any]) -> bool:
@@ -94,48 +61,6 @@ def says(effect: Effect, true: Mapping[str, Any]) -> bool:
 def has(effects: Sequence[Effect], truth: Truth) -> bool:
     """Whether each true effect is there."""
     return all(any(says(e, true) for e in effects) for true in truth)
-
-
-@contextmanager
-def watched() -> Iterator[list[Watched]]:
-    """Searches and their fits, as they are made."""
-    out: list[Watched] = []
-
-    def search(evidence: Evidence, progress: Callable[[str], None]) -> Found:
-        own = Watched(evidence=evidence)
-        out.append(own)
-
-        def heard(text: str) -> None:
-            own.progress.append((own.now, text))
-            progress(text)
-
-        own.found = real_search(evidence, heard)
-        heard("judging")
-        return own.found
-
-    def judge(evidence: Evidence, found: Found) -> judging.Judgement:
-        out[-1].judgement = real_judge(evidence, found)
-        return out[-1].judgement
-
-    def noting(real: Callable[..., Any]) -> Callable[..., Any]:
-        def fitted(self: Any, seed: Seed, effort: str) -> Any:
-            got = real(self, seed, effort)
-            if out:
-                misfit = (got[0] if isinstance(got, tuple) else got).misfit
-                level = getattr(seed.setting, "level", 0)
-                out[-1].fits.append(Begun(seed.effects, level, effort, misfit, out[-1].now))
-            return got
-
-        return fitted
-
-    real_search, real_judge = pipeline.search, pipeline.judge
-    with ExitStack() as stack:
-        stack.enter_context(mock.patch.object(pipeline, "search", search))
-        stack.enter_context(mock.patch.object(pipeline, "judge", judge))
-        for kind, name in ((ResponseEvidence, "fitted"), (ModesEvidence, "fitted")):
-            stack.enter_context(mock.patch.object(kind, name, noting(getattr(kind, name))))
-        stack.enter_context(mock.patch.object(Guide, "taken", noting(Guide.taken)))
-        yield out
 
 
 def by_hand(evidence: Evidence, truth: Truth) -> Hypothesis | None:
@@ -193,7 +118,11 @@ def _fitted(evidence: Evidence, seeds: Sequence[Seed], effort: str) -> list[Hypo
 def told(h: Hypothesis, case: judging.Case, single: judging.Weighed | None) -> str:
     """A hypothesis and how it stands, on one line."""
     w = case.weighed(h)
-    marks = {"sound": sound(h), "explained": explained(w, case), "credible": credible(w, case)}
+    marks = {
+        "sound": sound(h, case.evidence),
+        "explained": explained(w, case),
+        "credible": credible(w, case),
+    }
     marks |= {"better": better(w, case.base, case), "refuted": refuted(w, case)}
     marks |= {"needed": needs_several(w, single, case)} if len(h.effects) > 1 else {}
     sizes = "; ".join(
@@ -251,16 +180,27 @@ def verdict(own: Watched, hand: Hypothesis | None, truth: Truth) -> tuple[str, l
     return where + (" (time)" if evidence.unfinished else ""), lines
 
 
-def looked_at(folder: Path, log: bool) -> list[str]:
+def judged(said: Mapping[str, Any], truth: Mapping[str, Any]) -> tuple[str, str]:
+    """The outcome, and what is true in words; of structures on rigs by their own judge."""
+    if not isinstance(truth["laboratory"], str):
+        row = calibrate.judged(said, truth)
+        return row["outcome"], f"{row['truth']}  left {row['left']}"
+    row = on_a_rig(said, truth)
+    named = all(e["named"] == "right" for e in row["effects"])
+    outcome = "wrong" if row["wrong"] else "right" if named else "missed"
+    return outcome, f"{row['truth']}; rig: {row['rig']}"
+
+
+def looked_at(folder: Path, log: bool, problem: str = "problem.toml") -> list[str]:
     """A case diagnosed, and where its truth was lost."""
     truth = tomllib.loads((folder / "truth.toml").read_text(encoding="utf-8"))
     begin = time.process_time()
     with watched() as searches:
-        said = calibrate.diagnose(folder / "problem.toml")
+        said = calibrate.diagnose(folder / problem)
         seconds = time.process_time() - begin
-        row = calibrate.judged(said, truth)
+        outcome, known = judged(said, truth)
         out = [
-            f"{folder.name} {row['outcome']} {seconds:.1f} s  {row['truth']}  left {row['left']}",
+            f"{folder.name} {outcome} {seconds:.1f} s  {known}",
             f"  said: {said['verdict']}: {json.dumps(said['says'], ensure_ascii=False)}",
         ]
         for own in searches[: None if truth.get("findings") else 0]:
@@ -270,8 +210,7 @@ def looked_at(folder: Path, log: bool) -> list[str]:
             hand = by_hand(own.evidence, truth["findings"])
             del own.fits[fits:]
             where, lines = verdict(own, hand, truth["findings"])
-            lost = "" if row["outcome"] == "right" else f"  LOST AT: {where}"
-            out += [*lines, *([lost] if lost else [])]
+            out += [*lines, *([] if outcome == "right" else [f"  LOST AT: {where}"])]
         if log:
             out += [f"    {at:7.1f} {text}" for own in searches for at, text in own.progress]
     return out
@@ -282,17 +221,23 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("cases", nargs="+", help="seeds or folders")
     parser.add_argument("--plates", action="store_true", help="seeds of make plates")
+    parser.add_argument("--rigs", action="store_true", help="seeds of make rigs, two states")
     parser.add_argument("--log", action="store_true", help="the search step by step")
     o = parser.parse_args(arguments)
     for name in o.cases:
         with tempfile.TemporaryDirectory() as place:
-            folder = Path(name)
-            if name.isdigit():
+            folder, problem = Path(name), "problem.toml"
+            if name.isdigit() and o.rigs:
+                if secret(int(name)):
+                    parser.error(f"{name} is an evaluation's: only totals are looked at")
+                folder, problem = Path(place) / f"g{name}", "reference.toml"
+                make_rig(int(name), folder)
+            elif name.isdigit():
                 if int(name) >= (EVALUATION if o.plates else NEW) or 1000 <= int(name) < 1200:
                     parser.error(f"{name} is an evaluation's: only totals are looked at")
                 folder = Path(place) / f"g{name}"
                 (make_plate if o.plates else generate.make)(int(name), folder)
-            print("\n".join(looked_at(folder, o.log)), flush=True)
+            print("\n".join(looked_at(folder, o.log, problem)), flush=True)
     return 0
 
 

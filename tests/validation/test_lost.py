@@ -27,10 +27,17 @@ def test_a_set_has_a_truth_when_it_has_each_effect_of_it() -> None:
     assert not has([soft], [SOFT, LUMP]) and has([], [])
 
 
-@pytest.mark.parametrize("cases", [["1000"], ["3311"], ["--plates", "1003"]])
+@pytest.mark.parametrize("cases", [["1000"], ["3311"], ["--plates", "1003"], ["--rigs", "18001"]])
 def test_an_evaluation_is_not_looked_at(
     cases: list[str], capsys: pytest.CaptureFixture[str]
 ) -> None:
     with pytest.raises(SystemExit):
         main(cases)
     assert "only totals are looked at" in capsys.readouterr().err
+
+
+def test_a_case_is_watched(capsys: pytest.CaptureFixture[str]) -> None:
+    """A chain on a rig: the truth fitted by hand beside what the search found of it."""
+    main(["--rigs", "2747"])
+    said = capsys.readouterr().out
+    assert said.startswith("g2747 right") and "by hand: misfit" in said and "LOST" not in said
