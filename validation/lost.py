@@ -1,4 +1,4 @@
-"""Where a diagnosis loses a truth that is known: ``python -m validation.lost [--plates|--rigs] SEED …``.
+"""Where a diagnosis loses a known truth: ``python -m validation.lost [--plates|--rigs] SEED …``.
 
 Seeds are those of `make calibrate` and `python -m validation.pairs`, of `make plates` or (two
 states) of `make rigs`; or name folders with ``problem.toml`` and ``truth.toml``. Each case is
