@@ -42,7 +42,8 @@ def bar(tmp_path_factory):
 def of(what, size: float, **figure):
     """A hypothesis of one effect with its first unknown; ``figure``: m with its deviation."""
     figures = SimpleNamespace(
-        values={"m": figure.get("m", size), "factor": 1.0 + size}, deviations={"m": figure.get("std", 0.01)}
+        values={"m": figure.get("m", size), "factor": 1.0 + size},
+        deviations={"m": figure.get("std", 0.01)},
     )
     return SimpleNamespace(effects=(what,), sizes=lambda k: [size], figures=(figures,))
 
