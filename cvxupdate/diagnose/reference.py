@@ -23,7 +23,7 @@ from cvxupdate.diagnose.responses.evidence import ResponseEvidence
 from cvxupdate.diagnose.responses.levels import state_change as responses_change
 from cvxupdate.diagnose.responses.moving import NOTHING, Carried
 from cvxupdate.diagnose.results import Further
-from cvxupdate.diagnose.search.completed import completed
+from cvxupdate.diagnose.search.completed import completed, with_one_more
 from cvxupdate.diagnose.search.nearest import nearest, with_near
 from cvxupdate.diagnose.search.search import Found, search
 from cvxupdate.diagnose.settings import CALIBRATED, COMPLETED, LOOK, STRONG
@@ -126,16 +126,27 @@ def _sought(
     everything = replace(spec, diagnose=spec.diagnose.model_copy(update={"physics": None}))
     evidence = gathered(everything, model, its, tell, budget=budget.part(LOOK))
     near = nearest(evidence, tell)
-    found, judgement = near.found, judge(evidence, near.found)
-    there = bool(likeliest(judgement).hypothesis.effects)  # what was held out may refute the first
-    if not there or not (near.enough or evidence.hurried):
-        found = with_near(search(evidence, tell), found)
-        judgement = judge(evidence, found)
-    if evidence.told_by == MODES:
-        first = [w.hypothesis for w in ranked(judgement)[:COMPLETED]]
-        more = Found(several=tuple(completed(evidence, first, tell)))
-        judgement = judge(evidence, with_near(found, more)) if more.several else judgement
+    found, judgement = _completed(evidence, near.found, tell)
+    best = likeliest(judgement)
+    there = bool(best.hypothesis.effects)  # what was held out may refute the first
+    by_modes = evidence.told_by == MODES
+    enough = near.enough or (by_modes and evidence.clear(best.fit))
+    if not there or not (enough or evidence.hurried):
+        found, judgement = _completed(evidence, with_near(search(evidence, tell), found), tell)
     return evidence, likeliest(judgement)
+
+
+def _completed(evidence: Evidence, found: Found, tell: Progress) -> tuple[Found, Judgement]:
+    """What was found, judged; by tables also with all that a rig does beside the likeliest."""
+    judgement = judge(evidence, found)
+    if evidence.told_by != MODES:
+        return found, judgement
+    first = [w.hypothesis for w in ranked(judgement)[:COMPLETED]]
+    found = with_near(found, Found(several=tuple(completed(evidence, first, tell))))
+    judgement = judge(evidence, found)
+    more = with_one_more(evidence, likeliest(judgement).hypothesis, tell)
+    found = with_near(found, Found(several=tuple(more)))
+    return found, judge(evidence, found) if more else judgement
 
 
 def _written(
@@ -203,13 +214,13 @@ def likeliest(judgement: Judgement) -> Weighed:
 
 
 def ranked(judgement: Judgement) -> list[Weighed]:
-    """All that were tried and rest on sizes that are there, likeliest first; the nuisance
-    parameters alone last."""
+    """All that were tried in which what is sought is of a size that is there, likeliest first; the
+    nuisance parameters alone last."""
     case: Case = judgement.case
     tried = [
         w
         for w in (*judgement.several, *judgement.singles)
-        if (only_a_rig(w.hypothesis) or sound(w.hypothesis, case.evidence))
+        if (only_a_rig(w.hypothesis) or sound(w.hypothesis, case.evidence, whole=False))
         and better(w, case.base, case)
     ]
     return [*sorted(tried, key=lambda w: -log_odds(w, case)), case.base]

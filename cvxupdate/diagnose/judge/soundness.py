@@ -6,7 +6,7 @@ from typing import Protocol
 
 import numpy as np
 
-from cvxupdate.diagnose.hypothesis import Figures, Hypothesis
+from cvxupdate.diagnose.hypothesis import Figures, Hypothesis, of_a_rig
 from cvxupdate.diagnose.judge.confidence import size_of
 from cvxupdate.diagnose.settings import (
     AT_BOUND,
@@ -38,17 +38,20 @@ class Grounds(Protocol):
         """The model as it came, where a reference state was there to bring it to."""
 
 
-def sound(h: Hypothesis, evidence: Grounds) -> bool:
+def sound(h: Hypothesis, evidence: Grounds, whole: bool = True) -> bool:
     """Whether every effect's first unknown is off its bounds and at least `LEAST_SIZE` of its
     standard deviations, the usual scatter of a piece among them, from nothing; an exchange of
     channels has no size, and a compliance may be as large as it can. For what is nearly free
     or nearly rigid has no upper limit, a compliance p counts by the degree of fixity that it
     leaves, 1 / (1 + p) (Monforton and Wu 1963), a spring to ground by that which it brings. An
     oscillator whose own mode was measured is there, though its mass may hardly be told; whatever
-    its mass, where the reference state had no such mode."""
+    its mass, where the reference state had no such mode. Not the ``whole``: what a rig does may be
+    small, and only what is sought beside it is asked."""
     fit, at = h.fit, len(h.fit.setting.model.parameters) - sum(e.columns for e in h.effects)
     for effect, figures in zip(h.effects, h.figures, strict=True):
-        if effect.change is None:
+        if not whole and of_a_rig(effect):
+            pass
+        elif effect.change is None:
             exchanged = effect.fault is not None and effect.fault.how == "swap"
             if not exchanged and size_of(effect, figures) < _least(h, effect, figures, evidence):
                 return False

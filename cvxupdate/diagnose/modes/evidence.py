@@ -11,13 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cvxupdate.diagnose.budget import Budget
-from cvxupdate.diagnose.fit import Fit, fitted_at
+from cvxupdate.diagnose.fit import Fit
 from cvxupdate.diagnose.modes.alike import alike_of
 from cvxupdate.diagnose.modes.dashpots import ZETA
 from cvxupdate.diagnose.modes.figures import modes_shown, with_counterparts
 from cvxupdate.diagnose.modes.finite_size import BASIS, local, scan
 from cvxupdate.diagnose.modes.first_order import columns_of, first_order, linearised
-from cvxupdate.diagnose.modes.fits import fitted_from, space_around
+from cvxupdate.diagnose.modes.fits import fitted_from, space_around, taken_at
 from cvxupdate.diagnose.modes.fixtures import on_fixtures
 from cvxupdate.diagnose.modes.further import further_of
 from cvxupdate.diagnose.modes.kinds import departs, whole_within
@@ -163,7 +163,7 @@ class ModesEvidence(Linear):
 
     def evaluated(self, setting: ModesSetting, p: Real) -> Fit:
         """Without fitting."""
-        return fitted_at(setting, p)
+        return taken_at(setting, p)
 
     def fitted(self, seed: Seed, effort: str) -> Fit:
         """By trust-region convex steps, to the end at once."""

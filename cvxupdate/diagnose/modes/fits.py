@@ -8,10 +8,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from cvxupdate.diagnose.fit import Fit, fitted, fitted_at
+from cvxupdate.diagnose.fit import Fit, fitted, fitted_at, taken
 from cvxupdate.diagnose.modes.setting import ModesSetting
 from cvxupdate.diagnose.modes.tables import settled
-from cvxupdate.diagnose.settings import STRONG, WIDE
+from cvxupdate.diagnose.settings import EXPLAINED, HOPELESS, STRONG, WIDE
 from cvxupdate.diagnose.types import Real
 from cvxupdate.errors import ModelError
 from cvxupdate.fe.block import Index
@@ -94,6 +94,37 @@ def paired(setting: ModesSetting, start: Real) -> Fit:
     gain = found.rows * np.log(max(found.cost, 1e-300) / max(again.cost, 1e-300))
     least = STRONG if passed_over(again.point) > passed_over(found.point) else 0.0
     return again if gain > least else found
+
+
+def taken_at(setting: ModesSetting, p: Real) -> Fit:
+    """Without fitting: modes as they are followed to ``p``, or paired anew there where that leaves
+    little and less, for to a point far from today's model one large step may mistake them; what
+    goes on from there begins with these. Where much is left the nearest are no better a guess.
+
+    Raises
+    ------
+    ModelError
+        When the model is no structure there.
+    """
+    found = fitted_at(setting, p)
+    near = nearest_pairing(found.point)
+    begun = _begun(setting, near)
+    again = taken(begun, replace(near, residual=begun.residual))
+    least = STRONG if passed_over(near) > passed_over(found.point) else 0.0
+    gain = found.rows * np.log(max(found.cost, 1e-300) / max(again.cost, 1e-300))
+    return again if gain > least and again.misfit <= HOPELESS * EXPLAINED else found
+
+
+def followed_at(setting: ModesSetting, p: Real) -> Fit:
+    """Without fitting, at a point far from today's model: modes followed there step by step, or the
+    nearest, whichever leaves less.
+
+    Raises
+    ------
+    ModelError
+        When the model is no structure there.
+    """
+    return fitted_at(replace(setting, residual=followed(setting.residual, p)), p)
 
 
 def passed_over(point: ModalPoint) -> int:

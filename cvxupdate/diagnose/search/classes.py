@@ -9,6 +9,7 @@ once they are one fit, freed then of what the evidence is better without.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -17,9 +18,9 @@ from cvxupdate.diagnose.search.backward import backward, freed, merit
 from cvxupdate.diagnose.search.beside import beside
 from cvxupdate.diagnose.search.race import entered, merged, raced, refitted
 from cvxupdate.diagnose.search.several import room
-from cvxupdate.diagnose.settings import PARTNERS
+from cvxupdate.diagnose.settings import EXPLAINED, HOPELESS, PARTNERS
 from cvxupdate.diagnose.types import Evidence, Progress
-from cvxupdate.physics.effect import Effect
+from cvxupdate.physics.effect import MODES, Effect
 
 BEGUN = 0.1  # of the size at which each is as soft as what it holds: fits begin there
 JOINTS = "joint_flexibility"
@@ -97,12 +98,20 @@ def at_once_beside(evidence: Evidence, parent: Hypothesis) -> list[Hypothesis]:
 
 
 def likelier_with(
-    evidence: Evidence, parent: Hypothesis, ways: Sequence[Sequence[Effect]]
+    evidence: Evidence,
+    parent: Hypothesis,
+    ways: Sequence[Sequence[Effect]],
+    begun: float = BEGUN,
 ) -> list[Hypothesis]:
-    """A parent with the effects of each of several ``ways`` at once, and the likeliest of these
-    without what it is likelier without."""
-    wholes = [together(evidence, parent, way, BEGUN) for way in ways]
-    fits = [refitted(evidence, h.onward, "sharp") for h in wholes if h.effects]
+    """A parent with the effects of each of several ``ways`` at once, fitted from sizes ``begun``
+    (of tables, where they begin far off, by either pairing of the modes), and the likeliest of
+    these without what it is likelier without."""
+    wholes = [together(evidence, parent, way, begun) for way in ways]
+    seeds = [h.onward for h in wholes if h.effects]
+    if evidence.told_by == MODES:
+        far = [h.onward for h in wholes if h.effects and h.fit.misfit > HOPELESS * EXPLAINED]
+        seeds += [replace(seed, continued=True) for seed in far]
+    fits = [refitted(evidence, seed, "sharp") for seed in seeds]
     found = sorted((h for h in fits if h is not None), key=merit, reverse=True)
     return [*found, *lightened(evidence, found[0])] if found else []
 
@@ -134,7 +143,7 @@ def widest(candidates: Sequence[Effect]) -> list[Effect]:
         if not e.type.rig or e.change is None or e.count != 1:
             continue
         key = (e.physics, e.place.dof)
-        if key not in most or _places(e) > _places(most[key]):
+        if key not in most or places_of(e) > places_of(most[key]):
             most[key] = e
     directed = {physics for physics, dof in most if dof is not None}
     return [e for (physics, dof), e in most.items() if dof is not None or physics not in directed]
@@ -143,9 +152,10 @@ def widest(candidates: Sequence[Effect]) -> list[Effect]:
 def of_classes(effects: Sequence[Effect]) -> list[Effect]:
     """Those that a rig does at all places of a kind, or at the only one that there is."""
     own = [e for e in effects if of_a_rig(e)]
-    classes = {e.physics for e in own if _places(e) > 1}
-    return [e for e in own if _places(e) > 1 or e.physics not in classes]
+    classes = {e.physics for e in own if places_of(e) > 1}
+    return [e for e in own if places_of(e) > 1 or e.physics not in classes]
 
 
-def _places(e: Effect) -> int:
+def places_of(e: Effect) -> int:
+    """At how many nodes or elements an effect stands."""
     return max(len(e.place.nodes), len(e.place.elements))

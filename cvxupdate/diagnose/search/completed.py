@@ -3,32 +3,98 @@
 A search ends with the first set that leaves no more than noise and tolerance, and what a rig does
 in small measure (sensors that weigh, soft joints) stays in the shapes: a change is then sized by
 shapes that are not the structure's. Of a reference nothing is claimed, so the likeliest model is
-wanted, and all of it at once is a fit or two.
+wanted, and all of it at once is a fit or two. Springs under supports in all directions come near a
+fixture that has a mass of its own, and hide it from every step that takes one effect at a time: it
+is tried in the place of all of them.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 
-from cvxupdate.diagnose.hypothesis import Hypothesis, further
-from cvxupdate.diagnose.search.classes import likelier_with, widest
-from cvxupdate.diagnose.search.race import merged
+from cvxupdate.diagnose.hypothesis import FIXTURE, Hypothesis, further, without
+from cvxupdate.diagnose.modes.fits import followed_at
+from cvxupdate.diagnose.search.backward import merit
+from cvxupdate.diagnose.search.beside import beside
+from cvxupdate.diagnose.search.classes import lightened, likelier_with, places_of, widest
+from cvxupdate.diagnose.search.race import entered, merged, raced
+from cvxupdate.diagnose.search.several import room
+from cvxupdate.diagnose.settings import EXPLAINED, HALVED, MOVES, PARTNERS
 from cvxupdate.diagnose.types import Evidence, Progress
+from cvxupdate.errors import ModelError
+from cvxupdate.physics.effect import Effect
 
 REST = "what else a rig does, beside what brings the model near"
+FAINT = 1e-3  # of the size at which each is as soft as what it holds: fits begin where they are
+SPRINGS = "grounding_spring"
 
 
 def completed(
     evidence: Evidence, near: Sequence[Hypothesis], progress: Progress
 ) -> list[Hypothesis]:
-    """Each of ``near`` with all else that a rig does everywhere, freed of what the evidence is
-    better without; best first."""
+    """Each of ``near``, likeliest first, with all else that a rig does everywhere, freed of what
+    the evidence is better without, and the same on fixtures; best first."""
     out: list[Hypothesis] = []
-    for h in near:
+    for h in [*near, *on_fixtures(evidence, near[:1], progress)]:
         if evidence.hurried:
             evidence.leave(REST)
             break
         progress(f"fitting what else a rig does beside {h.name}")
         others = further(widest(evidence.candidates(h.fit.setting.model)), h)
-        out += likelier_with(evidence, h, [others])
+        out += [h, *likelier_with(evidence, h, [others], FAINT)]
     return merged(out)
+
+
+def with_one_more(evidence: Evidence, best: Hypothesis, progress: Progress) -> list[Hypothesis]:
+    """What leaves half of what noise and tolerance make with one effect more, whatever it is, freed
+    of what had stood in its place; best first. A lump at the exciter shows only beside the rest of
+    a rig, of which another part may have taken what it does: a whole rig leaves a third."""
+    little = best.fit.misfit <= HALVED * EXPLAINED
+    if little or evidence.hurried or not room(evidence, best):
+        return []
+    last = evidence.levels - 1
+    progress(f"seeking one effect more beside {best.name}")
+    found = entered(evidence, beside(evidence, best, level=last), progress)
+    found = raced(evidence, found, ((last, PARTNERS),), progress)
+    ranked = sorted(found, key=merit, reverse=True)[:MOVES]
+    return merged(found, *(lightened(evidence, h) for h in ranked))
+
+
+def on_fixtures(
+    evidence: Evidence, near: Sequence[Hypothesis], progress: Progress
+) -> list[Hypothesis]:
+    """A fixture under all supports, alone and in place of the springs to ground of each of ``near``
+    that has none; likeliest first."""
+    out: list[Hypothesis] = []
+    last = evidence.levels - 1
+    for parent in _parents(evidence, near):
+        if evidence.hurried:
+            evidence.leave(REST)
+            break
+        progress(f"seeking a fixture beside {parent.name}")
+        seeds = beside(evidence, parent, level=last, wanted=under_all)
+        found = raced(evidence, entered(evidence, seeds, progress), ((last, MOVES),), progress)
+        out += sorted(found, key=merit, reverse=True)[:MOVES]
+    return out
+
+
+def _parents(evidence: Evidence, near: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """Nothing but the nuisance parameters; and each of ``near`` without its springs, as it is: a
+    fit would have the rest do what a fixture does."""
+    out = [Hypothesis((), evidence.bases[-1])]
+    for h in near:
+        names = [e.physics for e in h.effects]
+        springs = [k for k, name in enumerate(names) if name == SPRINGS]
+        rest = without(evidence, h, *springs) if springs and FIXTURE not in names else None
+        if rest is not None and rest.effects:
+            with suppress(ModelError):
+                out.append(Hypothesis(rest.effects, followed_at(rest.fit.setting, rest.fit.p)))
+    return out
+
+
+def under_all(effects: Sequence[Effect]) -> list[Effect]:
+    """Fixtures that stand under the most supports."""
+    own = [e for e in effects if e.physics == FIXTURE]
+    most = max(map(places_of, own), default=0)
+    return [e for e in own if places_of(e) == most]
