@@ -1,0 +1,89 @@
+"""What brings a model to the tables of its reference, completed: two structures of the laboratory
+of rigs (`python -m validation.rigs`, development seeds) and a bridge on soft supports."""
+
+from __future__ import annotations
+
+import pytest
+
+from cvxupdate.diagnose.gather import gathered
+from cvxupdate.diagnose.hypothesis import Hypothesis, further, together
+from cvxupdate.diagnose.search.backward import merit
+from cvxupdate.diagnose.search.classes import at_once, widest
+from cvxupdate.diagnose.search.completed import completed, on_fixtures, under_all, with_one_more
+from cvxupdate.recordings.states import parted
+from cvxupdate.study import diagnose, open_problem
+from tests.diagnose.search.test_classes import problem, quiet
+from validation.rigs import generate
+
+
+@pytest.fixture(scope="module")
+def portal(tmp_path_factory):
+    """The reference state of a portal on a fixture, with soft joints and sensors that weigh."""
+    folder = tmp_path_factory.mktemp("portal")
+    generate.make(2867, folder)
+    spec, model, recordings = open_problem(folder / "reference.toml")
+    (its_spec, its), _ = parted(spec, recordings)
+    return gathered(its_spec, model, its, quiet)
+
+
+@pytest.fixture(scope="module")
+def fixture(portal):
+    """The likeliest fixture, with nothing beside it."""
+    found = on_fixtures(portal, [], quiet)
+    return max(found, key=merit)
+
+
+def test_a_fixture_is_tried_under_all_supports(portal, fixture) -> None:
+    tried = under_all(portal.candidates(portal.model))
+    assert tried and {e.place.nodes for e in tried} == {(1, 2)}
+    assert [e.physics for e in fixture.effects] == ["flexible_support"]
+    assert fixture.fit.misfit < 0.5 < 1000.0 < portal.bases[-1].misfit
+
+
+def test_a_model_that_grows_keeps_its_pairing(portal, fixture) -> None:
+    """Joints bring DOFs of their own, and modes were paired anew by the model of the file, far from
+    where the fixture has them: at no size they left 148 000 in place of 0.44."""
+    others = further(widest(portal.candidates(fixture.fit.setting.model)), fixture)
+    assert {"joint_flexibility", "sensor_mass"} <= {e.physics for e in others}
+    for other in others:
+        grown = together(portal, fixture, [other], 0.0)
+        assert grown.fit.misfit == pytest.approx(fixture.fit.misfit, rel=1e-2)
+
+
+def test_all_of_a_rig_stands_beside_the_fixture(portal, fixture) -> None:
+    best = completed(portal, [fixture], quiet)[0]
+    words = {e.physics for e in best.effects}
+    assert words == {"flexible_support", "joint_flexibility", "sensor_mass"}
+    assert merit(best) > merit(fixture) + 10.0
+
+
+def test_a_lump_is_found_beside_a_rig(tmp_path) -> None:
+    lumped = problem(tmp_path, 1.0)
+    rig = at_once(lumped, quiet)[0]
+    best = max(with_one_more(lumped, rig, quiet), key=merit)
+    (own,) = [e.place.nodes for e in best.effects if e.physics == "added_mass"]
+    assert own == (7,) and merit(best) > merit(rig) + 10.0
+
+
+def test_what_explains_is_left_alone(tmp_path) -> None:
+    whole = problem(tmp_path)
+    assert with_one_more(whole, at_once(whole, quiet)[0], quiet) == []
+    assert Hypothesis((), whole.bases[-1]).fit.misfit > 1.0
+
+
+@pytest.mark.parametrize(
+    "seed, word, nodes, size",
+    [
+        pytest.param(2863, "added_mass", [5], {"m": 5.72}, id="a mass, for 3.4 kg beside springs"),
+        pytest.param(2797, "stiffness_change", [], {"factor": 0.311}, id="beside a lump's rig"),
+    ],
+)
+def test_a_change_is_sized_beside_the_whole_rig(tmp_path, seed, word, nodes, size) -> None:
+    """A reference that was met by springs in place of a fixture, or without the lump at the
+    exciter, had the change told too small, or not at all."""
+    generate.make(seed, tmp_path)
+    found = diagnose(tmp_path / "reference.toml")
+    (finding,) = found.findings
+    assert finding.physics == word and list(finding.place.nodes) == nodes
+    for name, value in size.items():
+        assert finding.parameters[name] == pytest.approx(value, rel=0.25)
