@@ -22,10 +22,10 @@ def unheard_of(h: Hypothesis, file: Model) -> int:
     tested before: parts crack, wear thin and come loose, and masses are put on and taken off; but
     elements that are made of something grow neither stiffer nor thicker by themselves, nor lighter
     without getting softer, nor several times as heavy, and no more mass can be taken off a node
-    than is drawn there
-    (``file``: the model as it came; elements without mass, as springs, may be tightened). What
-    is told by natural frequencies alone asks for it: in a slender cantilever a mass that is
-    taken off near the clamp and a part that is stiffer as far from the tip shift them alike."""
+    than is drawn there (``file``: the model as it came; elements without mass, as springs, may be
+    tightened). What is told by natural frequencies alone asks for it: in a slender cantilever a
+    mass that is taken off near the clamp and a part that is stiffer as far from the tip shift them
+    alike."""
     if not h.effects:
         return int(_grown(h, file))
     return sum(_is(h, k, file) for k in range(len(h.effects)))

@@ -87,13 +87,10 @@ def paired(setting: ModesSetting, start: Real) -> Fit:
     strongly favoured, for there is always another that takes what an effect moves far."""
     found = fitted(setting, start, OPTIONS)
     near = nearest_pairing(found.point)
-    fit = range(len(found.point.residual.fit))
-    if all(np.array_equal(near.places[k], found.point.places[k]) for k in fit):
+    if _alike(near, found.point):
         return replace(found, point=near)  # of those that are only scored
     again = fitted(_begun(setting, near), found.p, OPTIONS)
-    gain = found.rows * np.log(max(found.cost, 1e-300) / max(again.cost, 1e-300))
-    least = STRONG if passed_over(again.point) > passed_over(found.point) else 0.0
-    return again if gain > least else found
+    return again if _likelier(again, found) else found
 
 
 def taken_at(setting: ModesSetting, p: Real) -> Fit:
@@ -108,11 +105,11 @@ def taken_at(setting: ModesSetting, p: Real) -> Fit:
     """
     found = fitted_at(setting, p)
     near = nearest_pairing(found.point)
+    if _alike(near, found.point):
+        return found
     begun = _begun(setting, near)
     again = taken(begun, replace(near, residual=begun.residual))
-    least = STRONG if passed_over(near) > passed_over(found.point) else 0.0
-    gain = found.rows * np.log(max(found.cost, 1e-300) / max(again.cost, 1e-300))
-    return again if gain > least and again.misfit <= HOPELESS * EXPLAINED else found
+    return again if again.misfit <= HOPELESS * EXPLAINED and _likelier(again, found) else found
 
 
 def followed_at(setting: ModesSetting, p: Real) -> Fit:
@@ -125,6 +122,19 @@ def followed_at(setting: ModesSetting, p: Real) -> Fit:
         When the model is no structure there.
     """
     return fitted_at(replace(setting, residual=followed(setting.residual, p)), p)
+
+
+def _alike(one: ModalPoint, other: ModalPoint) -> bool:
+    """Whether the fitted modes are paired alike."""
+    fit = range(len(one.residual.fit))
+    return all(np.array_equal(one.places[k], other.places[k]) for k in fit)
+
+
+def _likelier(again: Fit, found: Fit) -> bool:
+    """Whether a fit by another pairing counts: strongly, where it passes over more modes."""
+    gain = found.rows * np.log(max(found.cost, 1e-300) / max(again.cost, 1e-300))
+    least = STRONG if passed_over(again.point) > passed_over(found.point) else 0.0
+    return bool(gain > least)
 
 
 def passed_over(point: ModalPoint) -> int:

@@ -22,10 +22,10 @@ from cvxupdate.physics.effect import ModelChange
 from cvxupdate.recordings.phase import rotated
 from cvxupdate.recordings.types import ModeTable
 from cvxupdate.residual.modal import ModalPoint
+from cvxupdate.residual.repeated import REPEATED
 from cvxupdate.residual.shape_rows import channel_rows
 
 APART = 3.0  # half-power bandwidths that another mode is away, for the first order to do
-TWINS = 1e-9  # relative difference of eigenvalues that are one: which mode is whose nobody knows
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ class Turned:
         modes, moving = self.point.modes, np.flatnonzero(force)
         share = modes.shapes[moving].T @ force[moving]
         apart = modes.eigenvalues - modes.eigenvalues[row.mode]
-        apart[np.abs(apart) <= TWINS * modes.eigenvalues[row.mode]] = np.inf  # and itself
+        apart[np.abs(apart) <= REPEATED * modes.eigenvalues[row.mode]] = np.inf  # and itself
         own = row.sensed[:, row.mode]
         moved = -(row.sensed @ (share / apart))
         if self._flexibility is not None:

@@ -8,7 +8,7 @@ once they are one fit, freed then of what the evidence is better without.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -31,12 +31,9 @@ def alike_everywhere(evidence: Evidence, progress: Progress) -> list[Hypothesis]
     of it at once does not explain, sets are grown from it as long as the evidence grows."""
     found = at_once(evidence, progress)
     best = found[0] if found else Hypothesis((), evidence.bases[-1])
-    last = evidence.levels - 1
     while room(evidence, best) and not (evidence.clear(best.fit) or evidence.hurried):
         progress(f"seeking what a rig does everywhere beside {best.name}")
-        seeds = beside(evidence, best, level=last, wanted=of_classes)
-        near = entered(evidence, seeds, progress)
-        near = raced(evidence, near, ((last, PARTNERS),), progress)
+        near = sharp_beside(evidence, best, progress, wanted=of_classes)
         likeliest = max(near, key=merit, default=best)
         if merit(likeliest) <= merit(best):
             break
@@ -55,10 +52,21 @@ def on_a_rig(evidence: Evidence, progress: Progress) -> list[Hypothesis]:
     if not room(evidence, whole) or evidence.hurried:
         return found
     progress("seeking beside all that a rig does everywhere")
-    last = evidence.levels - 1
-    near = entered(evidence, beside(evidence, whole, level=last), progress)
-    near = raced(evidence, near, ((last, PARTNERS),), progress)
+    near = sharp_beside(evidence, whole, progress)
     return sorted(merged(found, near, _lightest(evidence, near)), key=merit, reverse=True)
+
+
+def sharp_beside(
+    evidence: Evidence,
+    parent: Hypothesis,
+    progress: Progress,
+    most: int = PARTNERS,
+    wanted: Callable[[Sequence[Effect]], Sequence[Effect]] = list,
+) -> list[Hypothesis]:
+    """The best ``most`` of what shows `beside` a parent, on the sharp recordings at once."""
+    last = evidence.levels - 1
+    seeds = beside(evidence, parent, level=last, wanted=wanted)
+    return raced(evidence, entered(evidence, seeds, progress), ((last, most),), progress)
 
 
 def _lightest(evidence: Evidence, sets: Sequence[Hypothesis]) -> list[Hypothesis]:

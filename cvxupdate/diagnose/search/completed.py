@@ -16,11 +16,16 @@ from contextlib import suppress
 from cvxupdate.diagnose.hypothesis import FIXTURE, Hypothesis, further, without
 from cvxupdate.diagnose.modes.fits import followed_at
 from cvxupdate.diagnose.search.backward import merit
-from cvxupdate.diagnose.search.beside import beside
-from cvxupdate.diagnose.search.classes import lightened, likelier_with, places_of, widest
-from cvxupdate.diagnose.search.race import entered, merged, raced
+from cvxupdate.diagnose.search.classes import (
+    lightened,
+    likelier_with,
+    places_of,
+    sharp_beside,
+    widest,
+)
+from cvxupdate.diagnose.search.race import merged
 from cvxupdate.diagnose.search.several import room
-from cvxupdate.diagnose.settings import EXPLAINED, HALVED, MOVES, PARTNERS
+from cvxupdate.diagnose.settings import EXPLAINED, HALVED, MOVES
 from cvxupdate.diagnose.types import Evidence, Progress
 from cvxupdate.errors import ModelError
 from cvxupdate.physics.effect import Effect
@@ -53,10 +58,8 @@ def with_one_more(evidence: Evidence, best: Hypothesis, progress: Progress) -> l
     little = best.fit.misfit <= HALVED * EXPLAINED
     if little or evidence.hurried or not room(evidence, best):
         return []
-    last = evidence.levels - 1
     progress(f"seeking one effect more beside {best.name}")
-    found = entered(evidence, beside(evidence, best, level=last), progress)
-    found = raced(evidence, found, ((last, PARTNERS),), progress)
+    found = sharp_beside(evidence, best, progress)
     ranked = sorted(found, key=merit, reverse=True)[:MOVES]
     return merged(found, *(lightened(evidence, h) for h in ranked))
 
@@ -67,14 +70,12 @@ def on_fixtures(
     """A fixture under all supports, alone and in place of the springs to ground of each of ``near``
     that has none; likeliest first."""
     out: list[Hypothesis] = []
-    last = evidence.levels - 1
     for parent in _parents(evidence, near):
         if evidence.hurried:
             evidence.leave(REST)
             break
         progress(f"seeking a fixture beside {parent.name}")
-        seeds = beside(evidence, parent, level=last, wanted=under_all)
-        found = raced(evidence, entered(evidence, seeds, progress), ((last, MOVES),), progress)
+        found = sharp_beside(evidence, parent, progress, MOVES, under_all)
         out += sorted(found, key=merit, reverse=True)[:MOVES]
     return out
 
