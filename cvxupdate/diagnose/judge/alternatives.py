@@ -17,16 +17,17 @@ def equivalents(
     effect: Effect, best: Hypothesis, near: Sequence[Hypothesis]
 ) -> list[tuple[Effect, int]]:
     """What may stand for ``effect``: the odd one out of each rival that shares all other effects
-    with the best, and which of ``near`` has it first; none of a rival that has the effect itself,
-    in any form, and something beside."""
+    with the best (the same elsewhere, where it has something beside), and which of ``near`` has it
+    first; none of a rival that has the effect itself, in any form, and something beside."""
     rest = best.keys - {effect.key}
     out: dict[object, tuple[Effect, int]] = {}
     for number, rival in enumerate(near):
         if not rest <= rival.keys or any(_same(other, effect) for other in rival.effects):
             continue
-        for other in rival.effects:
-            if other.key not in best.keys:
-                out.setdefault(other.key, (other, number))
+        others = [e for e in rival.effects if e.key not in best.keys]
+        alike = [e for e in others if e.physics == effect.physics]
+        for other in alike or others:
+            out.setdefault(other.key, (other, number))
     return list(out.values())
 
 

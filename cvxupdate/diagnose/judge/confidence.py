@@ -10,6 +10,7 @@ import numpy as np
 from cvxupdate.diagnose.hypothesis import Figures
 from cvxupdate.diagnose.judge.acceptance import Case, Weighed
 from cvxupdate.diagnose.judge.posterior import (
+    beside_all,
     favoured,
     field_of,
     rivals,
@@ -65,24 +66,24 @@ class Standing:
 
 def standing(number: int, final: Weighed, others: Sequence[Weighed], case: Case) -> Standing:
     """Of effect ``number`` of the final hypothesis among all that were refitted."""
-    effect, field = final.hypothesis.effects[number], field_of(final, others, case)
-    mine, likely = case.scale(final), weights(field, case)
+    effect, tried = final.hypothesis.effects[number], field_of(final, others, case)
+    mine, known = case.scale(final), weights(tried, case)
     alike = case.evidence.alike(final.fit, effect)
-    same = untold(effect, final, field, case)
-    untried = likely[0] * len(same)  # nothing would tell them from this one: as likely
-    places = (effect.place, *(e.place for e in alike))
+    same = untold(effect, final, tried, case)
+    field, likely = beside_all(effect, final, tried, known, same)
+    places = (effect.place, *(e.place for e in (*alike, *same)))
     beside = final.hypothesis.keys - {effect.key}
-    here = support_at(places, field, likely, case.evidence.model, beside)
+    model = case.evidence.model
     return Standing(
-        support(effect, field, likely, case.evidence.model) / (1.0 + untried),
-        (here + untried) / (1.0 + untried),
+        support(effect, field, likely, model),
+        support_at(places, field, likely, model, beside),
         _log(case.scale(case.base) / max(mine, 1e-9)),
         _log(mine),
         _log(size_of(effect, final.hypothesis.figures[number])),
         len(rivals(final, others, case)),
         CUT_SHORT if case.evidence.unfinished else MOST_SURE,
         same,
-        favoured(effect, places, field, likely, case.evidence.model, beside),
+        favoured(effect, places, field, likely, model, beside),
     )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -53,6 +54,49 @@ def weights(field: Sequence[Weighed], case: Case) -> Real:
     logs = np.array([log_odds(w, case) for w in field])
     likely: Real = np.exp(logs - logs.max())
     return likely / likely.sum()
+
+
+def beside_all(
+    effect: Effect,
+    final: Weighed,
+    field: Sequence[Weighed],
+    likely: Real,
+    untold: Sequence[Effect] = (),
+) -> tuple[list[Weighed], Real]:
+    """A field with what was refitted in place of an effect of the final hypothesis beside all sets
+    that have one of these, too, where nobody refitted it: as likely there against the others as
+    beside the final one's, no likelier than what was refitted; and with what no recording tells
+    from that effect (``untold``), as likely as it. Larger sets grow from one place, and are no
+    evidence for it against others that are as good."""
+    rest = final.hypothesis.keys - {effect.key}
+    tried = {w.hypothesis.keys for w in field}
+    instead = {
+        e.key: (e, float(p))
+        for w, p in zip(field, likely, strict=True)
+        if rest < w.hypothesis.keys and len(w.hypothesis.effects) == len(rest) + 1
+        for e in w.hypothesis.effects
+        if e.key not in rest
+    }
+    mine = instead[effect.key][1]
+    instead = {e.key: (e, mine) for e in untold} | instead
+    more: dict[frozenset[Key], tuple[Weighed, float]] = {}
+    for w, p in zip(field, likely, strict=True):
+        for key in w.hypothesis.keys & instead.keys():
+            for other, at in instead.values():
+                keys = w.hypothesis.keys - {key} | {other.key}
+                there = p * min(1.0, at / max(instead[key][1], 1e-300))
+                if keys in tried or other.key in w.hypothesis.keys:
+                    continue
+                if keys not in more or there > more[keys][1]:
+                    more[keys] = _with(w, key, other), there
+    found = np.array([*likely, *(p for _, p in more.values())])
+    return [*field, *(w for w, _ in more.values())], found / found.sum()
+
+
+def _with(w: Weighed, key: Key, other: Effect) -> Weighed:
+    """With another effect in place of one of its own, not fitted."""
+    effects = tuple(other if e.key == key else e for e in w.hypothesis.effects)
+    return replace(w, hypothesis=replace(w.hypothesis, effects=effects))
 
 
 def support(effect: Effect, field: Sequence[Weighed], likely: Real, model: Model) -> float:

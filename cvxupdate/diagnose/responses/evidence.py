@@ -200,7 +200,7 @@ class ResponseEvidence(Linear):
 
     def alike(self, found: Fit, effect: Effect, strictly: bool = False) -> Sequence[Effect]:
         """Those that move as one with its own: all others are compared."""
-        return moving_as_one(self, self.bases[-1], effect)
+        return moving_as_one(self, self.bases[-1], found, effect)
 
     def halves(self, found: Fit) -> Sequence[NDArray[np.bool_]]:
         """Of blocks of frequency of each sensor and recording."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import partial
 
 import numpy as np
 
@@ -11,18 +10,41 @@ from cvxupdate.diagnose.fit import Fit
 from cvxupdate.diagnose.screen.projection import Linearised, Projection, norms
 from cvxupdate.diagnose.settings import AS_ONE
 from cvxupdate.diagnose.types import Evidence, Real
-from cvxupdate.physics.effect import Effect
+from cvxupdate.physics.effect import Effect, HiddenOscillator
+from cvxupdate.physics.grounding_spring import GroundingSpring
+from cvxupdate.physics.place import Place
 
 
-def moving_as_one(evidence: Evidence, base: Fit, effect: Effect) -> list[Effect]:
+def moving_as_one(evidence: Evidence, base: Fit, found: Fit, effect: Effect) -> list[Effect]:
     """The same effect at other places whose derivatives of the responses, beside the nuisance
     parameters alone (``base``), are as good as in proportion to its own: parts of what moves as one
-    in the band (the top of a table, a girder along itself)."""
-    if effect.change is None or len(effect.place.nodes) != 1:
+    in the band (the top of a table, a girder along itself). A hidden oscillator is a spring to what
+    it stands on at each frequency: places are alike for it where springs to ground are, for at its
+    own frequency it does the same wherever it stands; where it was ``found``, for a column stands
+    still on a clamp and moves as one on a fixture."""
+    tuned = isinstance(effect.action, HiddenOscillator)
+    if not (tuned or effect.change) or len(effect.place.nodes) != 1:
         return []
-    candidates = evidence.candidates(evidence.model, (effect.physics,))
-    columns = partial(evidence.columns, base)
-    return proportional(effect, candidates, columns, lambda: evidence.linearised(base), AS_ONE)
+    candidates = {e.key: e for e in evidence.candidates(evidence.model, (effect.physics,))}
+    springs = _springs(evidence, found) if tuned else {}
+    at = found if tuned else base
+
+    def columns(effects: Sequence[Effect]) -> list[Real | None]:
+        return evidence.columns(at, [springs.get(e.place, e) for e in effects])
+
+    def nuisance() -> Linearised:
+        whole, n = evidence.linearised(at), slice(len(base.setting.model.parameters))
+        if not tuned:
+            return whole
+        return Linearised(whole.A[:, n], whole.r, whole.p[n], whole.scales[n])
+
+    return proportional(effect, [*candidates.values()], columns, nuisance, AS_ONE)
+
+
+def _springs(evidence: Evidence, found: Fit) -> dict[Place, Effect]:
+    """Springs to ground on a fitted model by their places, whether they are sought or not."""
+    springs = GroundingSpring().candidates(evidence.context(found.setting.model))
+    return {e.place: e for e in springs}
 
 
 def proportional(

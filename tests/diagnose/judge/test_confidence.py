@@ -153,3 +153,20 @@ def test_groups_are_sure_against_all_else_together() -> None:
     pair = weighed(GOOD, effect(nodes=(1,)))
     assert certainty_of_groups(wide, [wide, pair], case) == pytest.approx(0.5)
     assert certainty_of_groups(wide, [wide], case) == MOST_SURE
+
+
+def test_larger_sets_that_grew_from_one_place_are_no_evidence_for_it() -> None:
+    """An oscillator along the rail of a frame: five nodes did as well, and what was sought beside
+    it was sought with one of them only, which had 99 % (the laboratory's 4814)."""
+    case = case_of(PlainEvidence((BASE,)))
+    bed, lump = effect(nodes=(1,)), effect(nodes=(8,))
+    here, there = effect(nodes=(5,)), effect(nodes=(6,))
+    one, other = weighed(GOOD, bed, here), weighed(GOOD, bed, there)
+    larger = weighed(replace(GOOD, misfit=0.1), bed, here, lump)
+    for final, rival in ((one, other), (other, one)):
+        s = standing(1, final, [rival, larger], case)
+        assert s.support == pytest.approx(0.5) and s.here == pytest.approx(0.5)
+        assert not s.otherwise
+    fitted = weighed(replace(GOOD, misfit=1.0), bed, there, lump)
+    told = standing(1, one, [other, larger, fitted], case)
+    assert told.support > 0.9, "both were fitted there, and one explains"
