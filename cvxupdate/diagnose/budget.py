@@ -111,7 +111,7 @@ class Timed:
 
     budget: Budget
 
-    def by_modes(self) -> Any:
+    def by_modes(self, fewest: int = 0) -> Any:
         """None."""
         return None
 

@@ -112,13 +112,14 @@ def _by_modes(
     progress: Progress,
     budget: Budget,
     band: tuple[float, float],
+    fewest: int,
 ) -> Evidence | None:
     """What the modes in responses tell that are in a band (Hz), with tables ``beside``; None where
     there are none."""
     fitted, held = (
         [r for r in recordings if (r.origin.use == "fit") == use] for use in (True, False)
     )
-    seen = identified(fitted, band, progress)
+    seen = identified(fitted, band, progress, fewest=fewest)
     tables = [*(s.table for s in seen), *beside]
     # more modes than a model has DOFs: what else is in these responses is no mode of it
     if not tables or max(len(t.frequency) for t in tables) > model.size:

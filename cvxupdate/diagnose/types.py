@@ -151,7 +151,7 @@ class Evidence(Protocol):
         """How the structure changed while it was measured, in words; None where it did not, or the
         recordings do not say."""
 
-    def by_modes(self) -> Evidence | None:
+    def by_modes(self, fewest: int = ...) -> Evidence | None:
         """The natural frequencies and shapes in responses; None where there is no such look."""
 
     def context(self, model: Model) -> SearchContext:

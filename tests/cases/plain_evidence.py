@@ -183,7 +183,7 @@ class PlainEvidence:
     def further(self, fit: PlainFit) -> Further:
         return self.besides
 
-    def by_modes(self) -> None:
+    def by_modes(self, fewest: int = 0) -> None:
         return None
 
     def candidates(self, model: object, names: Sequence[str] | None = None) -> list[Effect]:

@@ -15,9 +15,10 @@ from cvxupdate.diagnose.gather import gathered
 from cvxupdate.diagnose.hypothesis import Hypothesis, together
 from cvxupdate.diagnose.judge.by_modes import ByModes
 from cvxupdate.diagnose.modes import identified as few_lowest
-from cvxupdate.diagnose.modes.identified import identified
+from cvxupdate.diagnose.modes.identified import FEW, identified
 from cvxupdate.diagnose.modes.tables import off_nodes, prepared
-from cvxupdate.diagnose.search.grown import carried, on_these
+from cvxupdate.diagnose.search.carried import carried
+from cvxupdate.diagnose.search.grown import on_these
 from cvxupdate.diagnose.settings import BESIDE
 from cvxupdate.physics.place import Place
 from cvxupdate.recordings.types import Channel, FrequencyResponse, Origin, TimeHistory
@@ -141,6 +142,8 @@ def test_modes_of_every_recording_in_the_band(problem: Path) -> None:
     assert lowest.frequency == pytest.approx(table.frequency[:5]) and lowest.shapes.shape == (5, 6)
     assert few.constants == pytest.approx(found.constants[:5])
     assert identified([first], (6.0, 400.0), quiet) == [], "four modes tell little"
+    (few,) = identified([first], (6.0, 400.0), quiet, fewest=FEW)  # but where to begin
+    assert few.table.frequency == pytest.approx(table.frequency[:4], rel=1e-3)
     assert len(identified([first], (6.0, 400.0), quiet, each=True)) == 1
 
 

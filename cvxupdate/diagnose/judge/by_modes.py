@@ -23,7 +23,7 @@ from cvxupdate.diagnose.judge.placebo import Placebo, placebo
 from cvxupdate.diagnose.judge.posterior import log_odds
 from cvxupdate.diagnose.judge.soundness import sound
 from cvxupdate.diagnose.results import Finding, Further
-from cvxupdate.diagnose.search.grown import carried
+from cvxupdate.diagnose.search.carried import carried
 from cvxupdate.diagnose.search.search import Found, search
 from cvxupdate.diagnose.settings import CUT_SHORT, EXPLAINED, MOST_SURE, STAYING
 from cvxupdate.diagnose.types import Evidence, Progress

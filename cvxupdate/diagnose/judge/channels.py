@@ -11,7 +11,7 @@ from cvxupdate.diagnose.judge.acceptance import Case
 from cvxupdate.diagnose.judge.confidence import Standing
 from cvxupdate.diagnose.judge.judge import Judgement
 from cvxupdate.diagnose.results import Finding, Gain
-from cvxupdate.diagnose.search.grown import carried
+from cvxupdate.diagnose.search.carried import carried
 from cvxupdate.diagnose.types import Evidence
 from cvxupdate.physics.effect import Effect
 

@@ -14,6 +14,7 @@ from cvxupdate.errors import RecordingError
 from cvxupdate.recordings.types import Channel, FrequencyResponse, ModeTable, TimeHistory
 
 FEWEST = 5  # modes: fewer tell little of what is missing
+FEW = 4  # fewer do not tell where to begin
 # Of a frequency: what drives and sensors that weigh make of one mode between recordings.
 SAME = 0.01
 # The lowest modes that are looked at: ten with their shapes tell kinds and places apart; waves of
@@ -36,6 +37,7 @@ def identified(
     band: tuple[float, float],
     progress: Progress,
     each: bool = False,
+    fewest: int = FEWEST,
 ) -> list[Identified]:
     """Of each set of sensors (``each``: of every recording, however few) the modes in ``band``
     (Hz), with deviations, where they have any (`cvxupdate.recordings.identify.identify_modes`);
@@ -55,7 +57,7 @@ def identified(
             constants = np.real(found.constants[: len(table.frequency)])
             tables.append(Identified(table, found.references, constants))
     kept = tables if each else _of_each_set(tables)
-    return kept if each or _different(kept) >= FEWEST else []
+    return kept if each or _different(kept) >= fewest else []
 
 
 def _of_each_set(tables: Sequence[Identified]) -> list[Identified]:

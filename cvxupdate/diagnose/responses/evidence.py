@@ -14,6 +14,7 @@ from cvxupdate.correlate.response_error import Stated, stated_errors
 from cvxupdate.diagnose.budget import Budget
 from cvxupdate.diagnose.fit import Fit, fitted_at
 from cvxupdate.diagnose.hypothesis import Hypothesis
+from cvxupdate.diagnose.modes.identified import FEWEST
 from cvxupdate.diagnose.nominal.mesh import mesh_line
 from cvxupdate.diagnose.nominal.refinement import Mesh, mesh_lines, mesh_notes
 from cvxupdate.diagnose.nominal.supports import elements_of, on_the_file, regrown
@@ -78,7 +79,7 @@ class ResponseEvidence(Linear):
     budget: Budget = field(default_factory=Budget)
     came: Model | None = None
     bare: dict[object, FiniteSize] = field(default_factory=dict)
-    modal: Callable[[tuple[float, float]], Any] | None = None
+    modal: Callable[[tuple[float, float], int], Any] | None = None
 
     told_by = "responses"
 
@@ -132,9 +133,9 @@ class ResponseEvidence(Linear):
         setting = self.setting(self.model, ())
         return float(np.median(setting.zeta)) if setting.damped else 0.005
 
-    def by_modes(self) -> Any:
+    def by_modes(self, fewest: int = FEWEST) -> Any:
         """The modes in them."""
-        return None if self.modal is None else self.modal(self.band)
+        return None if self.modal is None else self.modal(self.band, fewest)
 
     def context(self, model: Model) -> SearchContext:
         """For placing effects on the nuisance model or one grown from it."""

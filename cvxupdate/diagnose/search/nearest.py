@@ -5,16 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from cvxupdate.diagnose.hypothesis import Hypothesis
-from cvxupdate.diagnose.search.backward import merit
-from cvxupdate.diagnose.search.classes import alike_everywhere, on_a_rig, sharpened
+from cvxupdate.diagnose.search.classes import alike_everywhere
 from cvxupdate.diagnose.search.driven import settled, shaken
-from cvxupdate.diagnose.search.grown import carried
 from cvxupdate.diagnose.search.guided import brought_near
-from cvxupdate.diagnose.search.race import merged, tenable
+from cvxupdate.diagnose.search.met import by_modes
+from cvxupdate.diagnose.search.race import merged
 from cvxupdate.diagnose.search.search import Found, names_tried
-from cvxupdate.diagnose.settings import EXPLAINED, HOPELESS, SEVERAL_LEVEL
-from cvxupdate.diagnose.types import Evidence, Progress, Seed
-from cvxupdate.errors import CvxupdateError
+from cvxupdate.diagnose.settings import EXPLAINED, HOPELESS
+from cvxupdate.diagnose.types import Evidence, Progress
 from cvxupdate.physics.effect import MODES
 
 
@@ -60,28 +58,3 @@ def _brought_near(evidence: Evidence, progress: Progress) -> tuple[list[Hypothes
         return told, True
     found = merged(brought_near(evidence, progress), told)
     return found, bool(found) and found[0].fit.misfit <= EXPLAINED
-
-
-def by_modes(evidence: Evidence, progress: Progress) -> tuple[list[Hypothesis], bool]:
-    """What a rig does everywhere by the modes in responses, on these responses with the rest of a
-    rig beside (sensors, the force channel, the shaker), which modes tell little of; and freed of
-    what is likelier without. Best first, nothing without modes; and whether it explains them."""
-    modes, approach = evidence.by_modes(), evidence.approach
-    if modes is None or approach is None:
-        return [], False
-    progress("seeking what a rig does by the modes in the responses")
-    told = on_a_rig(modes, progress)
-    here = carried(evidence, told[0]) if told else None
-    if here is None:
-        return [], False
-    whole = approach.rigged(here) or here
-    try:
-        for level in range(SEVERAL_LEVEL, evidence.levels):
-            setting = evidence.at_level(whole.fit.setting, level)
-            fit, _ = approach.taken(Seed(whole.effects, setting, whole.fit.p), "sharp")
-            whole = Hypothesis(whole.effects, fit)
-    except CvxupdateError:
-        return [], False
-    found = sharpened(evidence, whole, progress) if tenable(evidence, whole) else []
-    ranked = sorted(merged(found), key=merit, reverse=True)
-    return ranked, bool(ranked) and modes.clear(told[0].fit)

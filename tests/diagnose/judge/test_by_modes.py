@@ -154,7 +154,7 @@ def test_responses_that_are_explained_ask_for_no_other_look() -> None:
 
 def test_where_the_time_is_over_nothing_is_looked_at() -> None:
     class Late(PlainEvidence):
-        def by_modes(self) -> None:
+        def by_modes(self, fewest: int = 0) -> None:
             raise AssertionError("nobody has time for it")
 
     look = ByModes(Late((BASE,), hurried=True), print)  # type: ignore[arg-type]

@@ -73,3 +73,28 @@ def test_another_look_is_taken_where_what_grows_does_not_explain(
     rigs = [supposed(PlainFit(alone, errors=Errors(0.3, 0.9)), A, B)]
     found = grown_from(evidence, [SINGLE], rigs, Look(), print)  # type: ignore[arg-type]
     assert found.ahead and found.sets[0] == whole and len(taken) == looks
+
+
+@pytest.mark.parametrize(
+    ("near", "ends"), [pytest.param(0.1, True, id="explains"), pytest.param(3.0, False, id="not")]
+)
+def test_a_rig_is_met_by_the_modes_first(
+    monkeypatch: pytest.MonkeyPatch, near: float, ends: bool
+) -> None:
+    """In seconds; a portal on soft feet with soft joints and a lump (the laboratory's 2768) ended
+    after 100 s in a wrong sentence with 99 %."""
+    whole, other = (supposed(PlainFit(left), A, e) for left, e in ((near, SOUGHT), (2.0, B)))
+    alone = supposed(PlainFit(1.5), A)
+    asked = []
+
+    def guided(evidence: object, progress: object) -> list[object]:
+        asked.append("guided")
+        return [other]
+
+    monkeypatch.setattr(grown, "by_modes", lambda evidence, progress: ([alone, whole], True))
+    monkeypatch.setattr(grown, "guided", guided)
+    monkeypatch.setattr(grown, "further", lambda evidence, sets, progress: [])
+    found = grown_from(EVIDENCE, [SINGLE], [], grown.NOTHING, print)  # type: ignore[arg-type]
+    assert found.ahead and not found.ended
+    assert found.sets == ([whole] if ends else [other, whole])
+    assert asked == ([] if ends else ["guided"])

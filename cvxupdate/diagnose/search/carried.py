@@ -1,0 +1,47 @@
+"""What other evidence told, on these recordings."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from cvxupdate.diagnose.hypothesis import Hypothesis, together
+from cvxupdate.diagnose.search.exchange import as_fitted
+from cvxupdate.diagnose.types import Evidence, Real
+from cvxupdate.physics.effect import Effect, HiddenOscillator
+
+
+def carried(evidence: Evidence, told: Hypothesis) -> Hypothesis | None:
+    """What other evidence told, at its sizes on this one, at the first level, with its nuisance
+    parameters: those of this one alone are bent by what is missing. None where an effect cannot
+    stand here."""
+    base = evidence.bases[0]
+    names = [q.name for q in told.fit.setting.model.parameters]
+    own = np.zeros(len(base.p))
+    for j, q in enumerate(evidence.model.parameters):
+        if q.name in names:
+            own[j] = told.fit.p[names.index(q.name)]
+    h = Hypothesis((), evidence.evaluated(base.setting, own))
+    for number in range(len(told.effects)):
+        grown = together(evidence, h, *_as_here(evidence, told, number))
+        if grown is h:
+            return None
+        h = grown
+    return h
+
+
+def _as_here(evidence: Evidence, told: Hypothesis, number: int) -> tuple[list[Effect], Real]:
+    """An effect as other evidence told it, and its unknowns: a hidden oscillator with its fitted
+    mass and tuning, from which its parameters begin, and with a dashpot if those have one that
+    these recordings ask for; others as they are."""
+    effect, sizes = told.effects[number], told.sizes(number)
+    if not isinstance(effect.action, HiddenOscillator):
+        return [effect], sizes
+    asked = evidence.candidates(evidence.model, (effect.physics,))
+    here = next((c for c in asked if c.key == effect.key), effect)
+    if not isinstance(here.action, HiddenOscillator):
+        return [effect], sizes
+    values = told.values[number]
+    action = replace(as_fitted(here.action, values), row=effect.action.row, mass=values["m"])
+    return [replace(effect, action=action, figures=here.figures)], np.zeros(action.count)
