@@ -11,7 +11,7 @@ import numpy as np
 
 from cvxupdate.diagnose.budget import Budget
 from cvxupdate.diagnose.modes.gathered import SHEAR, Sought, modes_evidence
-from cvxupdate.diagnose.modes.identified import identified
+from cvxupdate.diagnose.modes.identified import FEWEST, identified
 from cvxupdate.diagnose.nominal.coarse import Discretisation, of_sheets
 from cvxupdate.diagnose.nominal.damping import undamped
 from cvxupdate.diagnose.nominal.mesh import mesh_error
@@ -119,7 +119,7 @@ def _by_modes(
     fitted, held = (
         [r for r in recordings if (r.origin.use == "fit") == use] for use in (True, False)
     )
-    seen = identified(fitted, band, progress, fewest=fewest)
+    seen = identified(fitted, band, progress, fewest=fewest or FEWEST)
     tables = [*(s.table for s in seen), *beside]
     # more modes than a model has DOFs: what else is in these responses is no mode of it
     if not tables or max(len(t.frequency) for t in tables) > model.size:

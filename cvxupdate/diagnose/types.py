@@ -151,8 +151,8 @@ class Evidence(Protocol):
         """How the structure changed while it was measured, in words; None where it did not, or the
         recordings do not say."""
 
-    def by_modes(self, fewest: int = ...) -> Evidence | None:
-        """The natural frequencies and shapes in responses; None where there is no such look."""
+    def by_modes(self, fewest: int = 0) -> Evidence | None:
+        """The modes in responses, ``fewest`` or more (0: that tell what is missing), or None."""
 
     def context(self, model: Model) -> SearchContext:
         """For placing effects on a model."""

@@ -14,7 +14,6 @@ from cvxupdate.correlate.response_error import Stated, stated_errors
 from cvxupdate.diagnose.budget import Budget
 from cvxupdate.diagnose.fit import Fit, fitted_at
 from cvxupdate.diagnose.hypothesis import Hypothesis
-from cvxupdate.diagnose.modes.identified import FEWEST
 from cvxupdate.diagnose.nominal.mesh import mesh_line
 from cvxupdate.diagnose.nominal.refinement import Mesh, mesh_lines, mesh_notes
 from cvxupdate.diagnose.nominal.supports import elements_of, on_the_file, regrown
@@ -133,7 +132,7 @@ class ResponseEvidence(Linear):
         setting = self.setting(self.model, ())
         return float(np.median(setting.zeta)) if setting.damped else 0.005
 
-    def by_modes(self, fewest: int = FEWEST) -> Any:
+    def by_modes(self, fewest: int = 0) -> Any:
         """The modes in them."""
         return None if self.modal is None else self.modal(self.band, fewest)
 
