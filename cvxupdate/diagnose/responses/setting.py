@@ -26,6 +26,7 @@ from cvxupdate.update.trust_region import Options
 # plate where a patch is 31 % thicker); and where a fit is to be sharp
 FAR, NEARBY = 0.3, 0.05
 BEYOND = 1.25  # of the band's top: modes up to there have a damping ratio of their own
+MORE, FALLING = 3, 0.9  # times a sharp fit goes on; of its weighted squares what it must leave less
 # tolerance, iterations and first trust region of a fit by its effort
 EFFORTS = {
     "first pass": Options(1e-2, 3, 0.5),
@@ -116,7 +117,7 @@ def unstrayed(setting: ResponseSetting, p: Real) -> Real | None:
 
 def followed(setting: ResponseSetting, start: Real, effort: str) -> Fit:
     """Fitted by trust-region convex steps; to be sharp, on from there in the space around where
-    they end, and from the usual damping where that is nearer already."""
+    they end, from the usual damping where that is nearer already, and `to_the_end`."""
     setting, start = counted(setting, start)
     setting = recentred(setting, start, FAR)
     found = fitted(setting, start, EFFORTS[effort])
@@ -124,9 +125,21 @@ def followed(setting: ResponseSetting, start: Real, effort: str) -> Fit:
     if again is not setting:
         found = fitted(again, found.p, EFFORTS[effort])
     usual = unstrayed(again, found.p)
-    if usual is None or fitted_at(again, usual, found.point).cost >= found.cost:
-        return found
-    return fitted(again, usual, EFFORTS[effort])
+    if usual is not None and fitted_at(again, usual, found.point).cost < found.cost:
+        found = fitted(again, usual, EFFORTS[effort])
+    return to_the_end(again, found) if effort == "sharp" else found
+
+
+def to_the_end(setting: ResponseSetting, found: Fit) -> Fit:
+    """On for as long as it falls, where that may come to explain: along a narrow valley a dozen
+    steps are not enough, and what is far off leads nowhere."""
+    for _ in range(MORE):
+        if not EXPLAINED < found.misfit <= HOPELESS * EXPLAINED:
+            return found
+        before, found = found, fitted(setting, found.p, EFFORTS["sharp"])
+        if found.cost > FALLING * before.cost:
+            return found
+    return found
 
 
 def nuisance_fits(evidence: Evidence) -> tuple[Fit, ...]:

@@ -10,17 +10,21 @@ import pytest
 from cvxupdate.diagnose.fit import fitted
 from cvxupdate.diagnose.nominal.damping import undamped
 from cvxupdate.diagnose.nominal.scatter import with_nuisance
+from cvxupdate.diagnose.responses import setting as module
 from cvxupdate.diagnose.responses.setting import (
     EFFORTS,
+    MORE,
     counted,
     followed,
     setting_for,
+    to_the_end,
     unstrayed,
     with_damped,
 )
 from cvxupdate.diagnose.settings import MODE_DAMPING_STD
 from cvxupdate.errors import ModelError
 from cvxupdate.update.trust_region import Options
+from tests.cases.plain_evidence import PlainFit
 from tests.cases.signals import signal_of
 
 
@@ -94,6 +98,30 @@ def test_a_mode_that_was_damped_away_is_found_again(setting, monkeypatch):
     there[setting.ratios.start + 1] += 1.5
     kept = followed(strange, there, "first pass")
     np.testing.assert_allclose(kept.p, there, atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("left", "fits"),
+    [
+        pytest.param((0.9,), 0, id="it explains"),
+        pytest.param((4.7, 0.4), 1, id="it falls to where it explains"),
+        pytest.param((9.0, 8.5), 1, id="it hardly falls"),
+        pytest.param((9.0, 7.0, 5.0, 4.0, 3.0), MORE, id="not for ever"),
+        pytest.param((50.0, 0.4), 0, id="what is far off leads nowhere"),
+    ],
+)
+def test_a_sharp_fit_that_comes_near_goes_on_while_it_falls(monkeypatch, left, fits):
+    """A portal's right set of five effects (the laboratory's 2750) left 4.7 after twelve steps, and
+    0.4 after thirty."""
+    ends = [PlainFit(x) for x in left]
+    asked = []
+
+    def on(setting, start, options):
+        asked.append(options)
+        return ends[len(asked)]
+
+    monkeypatch.setattr(module, "fitted", on)
+    assert to_the_end(None, ends[0]) is ends[fits] and len(asked) == fits
 
 
 def test_where_modes_are_gone_there_is_no_structure(setting):
