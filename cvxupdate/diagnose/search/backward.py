@@ -3,11 +3,18 @@ Bayes' information criterion; Hastie, Tibshirani and Friedman 2009, 3.3.2)."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
+import numpy as np
+
 from cvxupdate.diagnose.hypothesis import Hypothesis, price, without
 from cvxupdate.diagnose.search.plainer import plainer
-from cvxupdate.diagnose.search.race import entered, raced
-from cvxupdate.diagnose.types import Evidence, Progress
+from cvxupdate.diagnose.search.race import entered, merged, raced
+from cvxupdate.diagnose.settings import BEHIND, EXPLAINED, OPEN, STRONG
+from cvxupdate.diagnose.types import Evidence, Key, Progress
 from cvxupdate.forked import every
+
+FIRM = 10.0  # deviations: half their square is ten times what any unknown costs
 
 
 def backward(
@@ -16,22 +23,58 @@ def backward(
     progress: Progress,
 ) -> tuple[list[Hypothesis], list[Hypothesis]]:
     """One effect after the other goes, what is sought before what a rig does, as long as the
-    evidence grows, or is said in fewer unknowns. What is left at the end without each effect, as it
-    is; and all that was tried, sharpened."""
-    tried: list[Hypothesis] = []
-    last = evidence.levels - 1
+    evidence grows, or is said in fewer unknowns; while a set explains, as long as there is no
+    strong evidence against fewer: two effects that do little may go together where each by itself
+    is worth its unknowns. What is left of the likeliest without each effect, as it is; and all that
+    was tried, sharpened."""
+    tried, kept, at = list[Hypothesis](), list[Hypothesis](), best
+    walked: set[frozenset[Key]] = set()
     while True:
-        order = sorted(range(len(best.effects)), key=lambda k: best.effects[k].type.rig)
-        rests = [without(evidence, best, k) for k in order]
-        kept = [r for r in rests if r is not None and r.effects]
-        parts = entered(evidence, plainer(evidence, best), progress)
-        fewer = raced(evidence, [*kept, *parts], ((last, len(kept) + len(parts)),), progress)
+        order = sorted(range(len(at.effects)), key=lambda k: at.effects[k].type.rig)
+        rests = [(k, r) for k in order if (r := without(evidence, at, k)) is not None and r.effects]
+        if at is best or merit(at) > merit(best):
+            best, kept = at, [r for _, r in rests]
+        parts = entered(evidence, plainer(evidence, at), progress)
+        fewer = _fewer(evidence, at, rests, parts, progress)
         tried += fewer
-        likeliest = max(fewer, key=merit, default=best)
+        walked.add(at.keys)
+        likeliest = max((h for h in fewer if h.keys not in walked), key=merit, default=at)
+        forgiven = STRONG / 2.0 if likeliest.fit.misfit <= OPEN * EXPLAINED else 0.0
         done = evidence.hurried or len(likeliest.effects) < 2
-        if done or merit(likeliest) <= merit(best):
+        if done or likeliest is at or merit(likeliest) <= merit(best) - forgiven:
             return kept, tried
-        best = likeliest
+        at = likeliest
+
+
+def _fewer(
+    evidence: Evidence,
+    whole: Hypothesis,
+    rests: Sequence[tuple[int, Hypothesis]],
+    parts: Sequence[Hypothesis],
+    progress: Progress,
+) -> list[Hypothesis]:
+    """A set without each of its effects (their numbers and the ``rests``), and what says the same
+    in fewer unknowns (``parts``), sharpened. Of a set that explains a rest whatever it leaves as it
+    is, for beside light resonances what hardly moves them leaves a thousand times as much until the
+    others are fitted again; but none without what is `firm`."""
+    last = evidence.levels - 1
+    if whole.fit.misfit > OPEN * EXPLAINED:
+        both = [*(r for _, r in rests), *parts]
+        return raced(evidence, both, ((last, len(both)),), progress)
+    loose = [r for k, r in rests if not firm(whole, k)]
+    near = [h for h in parts if h.penalised <= BEHIND * whole.penalised]
+    return merged(
+        raced(evidence, loose, ((last, len(loose)),), progress, behind=np.inf),
+        raced(evidence, near, ((last, len(near)),), progress),
+    )
+
+
+def firm(h: Hypothesis, number: int) -> bool:
+    """Whether the first unknown of a change of the model is so many deviations from nothing that no
+    other takes its part: half their square is what the evidence would lose at least."""
+    fit, e = h.fit, h.effects[number]
+    first = len(fit.setting.model.parameters) - sum(x.columns for x in h.effects[number:])
+    return e.change is not None and bool(abs(fit.p[first]) > FIRM * fit.deviations[first])
 
 
 def merit(h: Hypothesis) -> float:

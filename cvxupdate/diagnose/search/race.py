@@ -57,16 +57,21 @@ def refitted(evidence: Evidence, seed: Seed, effort: str) -> Hypothesis | None:
 
 
 def raced(
-    evidence: Evidence, hypotheses: Sequence[Hypothesis], legs: Legs, progress: Progress
+    evidence: Evidence,
+    hypotheses: Sequence[Hypothesis],
+    legs: Legs,
+    progress: Progress,
+    behind: float | None = None,
 ) -> list[Hypothesis]:
     """Fitted hypotheses carried on through the levels of ``legs`` (those that the evidence has);
-    at most so many (or twice that of near equals) enter each. Best first."""
+    at most so many (or twice that of near equals) enter each, none that leaves more than
+    ``behind`` times what the best does (None: what that is at the level). Best first."""
     runners = sorted(hypotheses, key=lambda h: h.penalised)
     for level, most in legs:
         if level >= evidence.levels or not runners:
             break
-        behind = BEHIND if level > 0 or evidence.levels == 1 else TRIAGED  # 0: not to the end yet
-        field = _field(runners, most, behind)
+        usual = BEHIND if level > 0 or evidence.levels == 1 else TRIAGED  # 0: not to the end yet
+        field = _field(runners, most, usual if behind is None else behind)
         arrived: list[Hypothesis] = []
         work = partial(_sharper, evidence, level, arrived)
         with Ahead(work, field, evidence.jobs) as refits:

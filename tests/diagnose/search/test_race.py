@@ -240,3 +240,10 @@ def test_a_hidden_oscillator_is_tuned_inside_the_band(frequency: float, good: bo
 def test_merged_keeps_the_best_of_each() -> None:
     found = merged([runner(1, 3.0), runner(2, 2.0)], [runner(1, 1.0)])
     assert nodes(found) == [1, 2] and [h.penalised for h in found] == [1.0, 2.0]
+
+
+def test_where_all_are_to_go_on_none_is_too_far_behind() -> None:
+    apart = [runner(0, 1.0), runner(1, 2.0 * BEHIND), runner(2, 1000.0)]
+    track = Track(times={(n, 1): 1.0 + n for n in range(3)})
+    found = raced(track, apart, ((1, 4),), silent, behind=np.inf)  # type: ignore[arg-type]
+    assert nodes(found) == [0, 1, 2]
