@@ -11,14 +11,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 
 from cvxupdate.diagnose.hypothesis import Hypothesis, of_a_rig, seeds_from, without
 from cvxupdate.diagnose.hypothesis import further as placeable
 from cvxupdate.diagnose.screen.shortlist import best_of, shortlist
-from cvxupdate.diagnose.search.backward import merit
+from cvxupdate.diagnose.search.backward import firm, merit
 from cvxupdate.diagnose.search.race import entered, merged, raced, refitted
 from cvxupdate.diagnose.search.several import at_level
 from cvxupdate.diagnose.settings import (
@@ -53,21 +52,28 @@ def crowded(sets: Sequence[Hypothesis]) -> bool:
 def exchanged(
     evidence: Evidence, known: Sequence[Hypothesis], progress: Progress
 ) -> list[Hypothesis]:
-    """``known`` (sharpened) and the likeliest set of them with its effects exchanged, as long as
-    another is likelier then. All, best first. Laws that follow the motion are not: what is hardly
-    told from them is refitted where they are told (`cvxupdate.diagnose.search.alike`), and each
-    fit takes a simulation."""
+    """``known`` (sharpened) and the likeliest set of them with its effects exchanged, what is
+    sought before what a rig does and what is least sure before the rest, as long as another is
+    likelier then. All, best first. Laws that follow the motion are not: what is hardly told from
+    them is refitted where they are told (`cvxupdate.diagnose.search.alike`), and each fit takes a
+    simulation."""
     found = list(known)
     if evidence.told_by == MOTION:
         return found
     best = likeliest([h for h in found if len(h.effects) > 1])
 
     def beside(best: Hypothesis, _: Sequence[Hypothesis]) -> list[Hypothesis] | None:
-        seeds = _instead(evidence, best, progress)
-        if seeds is None:
-            evidence.leave(EXCHANGED)
-            return None
-        return raced(evidence, entered(evidence, seeds, progress), LEGS, progress)
+        def surely(k: int) -> tuple[bool, bool]:
+            return of_a_rig(best.effects[k]), firm(best, k)
+
+        out: list[Hypothesis] = []
+        for number in sorted(range(len(best.effects)), key=surely):
+            seeds = _instead(evidence, best, number, progress)
+            if seeds is None:
+                evidence.leave(EXCHANGED)
+                return out or None
+            out += raced(evidence, entered(evidence, seeds, progress), LEGS, progress)
+        return out
 
     return found if best is None else walked(found, best, beside)
 
@@ -97,23 +103,21 @@ def likeliest(sets: Sequence[Hypothesis]) -> Hypothesis | None:
     return max(sets, key=merit, default=None)
 
 
-def _instead(evidence: Evidence, best: Hypothesis, progress: Progress) -> list[Seed] | None:
-    """What may stand in place of each effect; None where time is over before."""
-    numbers, elsewhere = range(len(best.effects)), list[list[Seed] | None]()
-    with Ahead(partial(_seeds, evidence, best), numbers, evidence.jobs) as sought:
-        for k in numbers:
-            if evidence.hurried:
-                return None
-            progress(f"seeking in place of {best.effects[k].name}")
-            elsewhere.append(sought.take())
-    whole, out = at_level(evidence, best, SEVERAL_LEVEL), list[Seed]()
+def _instead(
+    evidence: Evidence, best: Hypothesis, number: int, progress: Progress
+) -> list[Seed] | None:
+    """What may stand in place of an effect; None where time is over before."""
+    if evidence.hurried:
+        return None
+    progress(f"seeking in place of {best.effects[number].name}")
+    elsewhere = _seeds(evidence, best, number)
+    if evidence.hurried:
+        return None
+    if elsewhere is None:
+        return []
+    whole = at_level(evidence, best, SEVERAL_LEVEL)
     beside = placeable(evidence.candidates(whole.fit.setting.model), whole)
-    for k, seeds in zip(numbers, elsewhere, strict=True):
-        if evidence.hurried:
-            return None
-        if seeds is not None:
-            out += [*seeds, *in_other_words(evidence, whole, beside, k, progress)]
-    return out
+    return [*elsewhere, *in_other_words(evidence, whole, beside, number, progress)]
 
 
 def _seeds(evidence: Evidence, best: Hypothesis, number: int) -> list[Seed] | None:

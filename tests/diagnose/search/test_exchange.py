@@ -9,6 +9,7 @@ import pytest
 
 from cvxupdate.diagnose.gather import gathered
 from cvxupdate.diagnose.hypothesis import Hypothesis, at_nominal, further, seeds_from
+from cvxupdate.diagnose.search import exchange
 from cvxupdate.diagnose.search.exchange import (
     as_fitted,
     crowded,
@@ -19,7 +20,7 @@ from cvxupdate.diagnose.search.exchange import (
 from cvxupdate.diagnose.search.race import entered, raced
 from cvxupdate.diagnose.search.several import Pool
 from cvxupdate.physics import candidates_of
-from tests.cases.plain_evidence import PlainFit, effect, supposed
+from tests.cases.plain_evidence import PlainEvidence, PlainFit, effect, rig, supposed
 
 LUMP, SOFT = 0.45, 0.7  # kg at floor 2, of spring 4
 
@@ -109,6 +110,25 @@ def test_what_cannot_be_bettered_stays(evidence):
     assert exchanged(evidence, [right], quiet)[0].keys == right.keys
     single = fitted(evidence, TRUE[0])
     assert exchanged(evidence, [single], quiet) == [single], "one effect is no set"
+
+
+def test_what_is_sought_is_exchanged_first_and_stays_where_time_ends_it(monkeypatch):
+    """A rig of four things beside one that is sought: that was compared with none."""
+    whole = supposed(PlainFit(0.5), rig(nodes=(1,)), effect(nodes=(2,)))
+    other = supposed(PlainFit(0.45), rig(nodes=(1,)), effect(nodes=(3,)))
+    asked = []
+
+    def instead(evidence, best, number, progress):
+        asked.append(best.effects[number].physics)
+        return [other.onward] if len(asked) == 1 else None
+
+    monkeypatch.setattr(exchange, "_instead", instead)
+    monkeypatch.setattr(exchange, "entered", lambda evidence, seeds, progress: [other])
+    monkeypatch.setattr(exchange, "raced", lambda evidence, found, legs, progress: list(found))
+    evidence = PlainEvidence()
+    found = exchanged(evidence, [whole], quiet)
+    assert asked[:2] == ["stiffness_change", "sensor_mass"]
+    assert found == [other, whole] and exchange.EXCHANGED in evidence.undone
 
 
 def test_an_oscillator_elsewhere_is_tuned_as_it_was_fitted(evidence):
