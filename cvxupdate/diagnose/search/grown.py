@@ -13,7 +13,7 @@ from cvxupdate.diagnose.hypothesis import Hypothesis, only_a_rig
 from cvxupdate.diagnose.search.carried import carried
 from cvxupdate.diagnose.search.coarse import enough_alone, far_off
 from cvxupdate.diagnose.search.guided import grown_near, guided
-from cvxupdate.diagnose.search.met import by_modes
+from cvxupdate.diagnose.search.met import met
 from cvxupdate.diagnose.search.race import merged, raced
 from cvxupdate.diagnose.search.several import further
 from cvxupdate.diagnose.settings import (
@@ -81,11 +81,13 @@ NOTHING: Seen = _Nothing()
 @dataclass(frozen=True)
 class Grown:
     """``sets`` of effects, best first; whether they are ``ahead`` of all single ones (then the
-    search has gone on from there, for pairs of those begin further off); whether nothing nearer is
+    search has gone on from there, for pairs of those begin further off); whether they have been
+    tried beside a rig and freed of all that they do not need (``freed``); whether nothing nearer is
     to be sought (``ended``)."""
 
     sets: list[Hypothesis]
     ahead: bool = False
+    freed: bool = False
     ended: bool = False
 
 
@@ -102,9 +104,9 @@ def grown_from(
     that is met by the modes, with what stands beside it, comes first: it takes seconds."""
     left = leaves_much(evidence, coarse, alone)
     far = left and far_off(coarse)
-    met = [h for h in by_modes(evidence, progress)[0] if len(h.effects) > 1] if far else []
-    if any(within_chance(h) for h in met):
-        return Grown(merged(met, alone), True)
+    found = [h for h in met(evidence, progress) if len(h.effects) > 1] if far else []
+    if any(within_chance(h) for h in found):
+        return Grown(merged(found, alone), True, freed=True)
     ready = far and any(follows(evidence, h) for h in (*alone, *coarse[:1]))
     first = grown_near(evidence, progress) if ready else []
     there, near = list[Hypothesis](), False
@@ -118,11 +120,11 @@ def grown_from(
         near = seen.sure if there else False
         near |= bool(there) and there[0].fit.misfit <= HOPELESS * EXPLAINED
     rig = [h for h in alone if only_a_rig(h)]
-    grown = merged(rig, there, met, guided(evidence, progress) if far and not near else [])
+    grown = merged(rig, there, found, guided(evidence, progress) if far and not near else [])
     if not grown or any(h.penalised <= grown[0].penalised for h in coarse[:1]):
         return Grown(merged(grown, alone))
     grown = merged(grown, further(evidence, grown, progress))
-    return Grown(merged(grown, alone), True, confirmed(evidence, grown[0], seen))
+    return Grown(merged(grown, alone), True, ended=confirmed(evidence, grown[0], seen))
 
 
 def within_chance(h: Hypothesis) -> bool:

@@ -3,21 +3,25 @@
 A model that lacks all of a rig is so far off from responses that no single effect brings it nearer,
 and sets that grow from there take minutes. Its modes are a few figures, which all that a rig does
 everywhere is fitted to in a second, with what else shows beside; from there a fit of the responses
-is in their valley.
+is in their valley, and what modes are too few to tell shows in these.
 """
 
 from __future__ import annotations
 
-from cvxupdate.diagnose.hypothesis import Hypothesis
+from collections.abc import Sequence
+
+from cvxupdate.diagnose.hypothesis import Hypothesis, of_a_rig
 from cvxupdate.diagnose.modes.identified import FEW
-from cvxupdate.diagnose.search.backward import merit
+from cvxupdate.diagnose.search.backward import backward, merit
 from cvxupdate.diagnose.search.carried import carried
 from cvxupdate.diagnose.search.classes import on_a_rig, sharpened
 from cvxupdate.diagnose.search.completed import completed, with_one_more
 from cvxupdate.diagnose.search.race import merged, tenable
-from cvxupdate.diagnose.settings import SEVERAL_LEVEL
-from cvxupdate.diagnose.types import Evidence, Progress, Seed
+from cvxupdate.diagnose.settings import EXPLAINED, OPEN, SEVERAL_LEVEL, STAYING
+from cvxupdate.diagnose.types import Evidence, Key, Progress, Seed
 from cvxupdate.errors import CvxupdateError
+
+OTHERS = "what else is likely by the modes in the responses"
 
 
 def by_modes(evidence: Evidence, progress: Progress) -> tuple[list[Hypothesis], bool]:
@@ -25,35 +29,95 @@ def by_modes(evidence: Evidence, progress: Progress) -> tuple[list[Hypothesis], 
     responses with the rest of a rig (sensors, the force channel, the shaker), which modes tell
     little of; and freed of what is likelier without. Best first, nothing without modes; and whether
     it explains them."""
-    modes, approach = evidence.by_modes(FEW), evidence.approach
-    if modes is None or approach is None:
-        return [], False
-    progress("seeking what a rig does by the modes in the responses")
-    told = _told(modes, progress)
-    here = carried(evidence, told[0]) if told else None
-    if here is None:
-        return [], False
-    whole = approach.rigged(here) or here
-    try:
-        for level in range(SEVERAL_LEVEL, evidence.levels):
-            setting = evidence.at_level(whole.fit.setting, level)
-            fit, _ = approach.taken(Seed(whole.effects, setting, whole.fit.p), "sharp")
-            whole = Hypothesis(whole.effects, fit)
-    except CvxupdateError:
-        return [], False
-    found = sharpened(evidence, whole, progress) if tenable(evidence, whole) else []
-    ranked = _ranked(found)
-    return ranked, bool(ranked) and modes.clear(told[0].fit)
+    modes = evidence.by_modes(FEW)
+    told = [] if modes is None else _told(modes, progress)
+    found = _here(evidence, told[0], progress) if told else []
+    return found, bool(found) and modes is not None and modes.clear(told[0].fit)
+
+
+def met(evidence: Evidence, progress: Progress) -> list[Hypothesis]:
+    """The same where something is to be claimed. Where that explains the modes, of each effect
+    beside a rig, and of none, the likeliest, until one explains the responses, and the best of them
+    with one effect more. What explains is freed of each effect that it does not need. Best first.
+    """
+    modes = evidence.by_modes(FEW)
+    told = [] if modes is None else _each(_told(modes, progress))
+    sure = bool(told) and modes is not None and modes.clear(told[0].fit)
+    found: list[Hypothesis] = []
+    for h in told[: STAYING if sure else 1]:
+        if evidence.hurried:
+            evidence.leave(OTHERS)
+            break
+        found = _ranked(found, _here(evidence, h, progress))
+        if found and _explains(found[0]):
+            break
+    found = _freed(evidence, found, progress)
+    if not found or not (sure or _explains(found[0])):
+        return found
+    more = _ranked(with_one_more(evidence, found[0], progress))
+    better = bool(more) and merit(more[0]) > merit(found[0])
+    return _ranked(found, _freed(evidence, more, progress) if better else more)
+
+
+def _freed(evidence: Evidence, found: Sequence[Hypothesis], progress: Progress) -> list[Hypothesis]:
+    """With the likeliest freed of each effect that it does not need, if it explains."""
+    freer = backward(evidence, found[0], progress)[1] if found and _explains(found[0]) else []
+    return _ranked(found, freer)
 
 
 def _told(modes: Evidence, progress: Progress) -> list[Hypothesis]:
     """What a rig does by modes, completed where all of it at once does not explain them, with one
     effect more where that leaves half of what noise makes; likeliest first."""
+    progress("seeking what a rig does by the modes in the responses")
     found = on_a_rig(modes, progress)
     if found and not modes.clear(found[0].fit):
         found = _ranked(found, completed(modes, found[:1], progress))
     return _ranked(found, with_one_more(modes, found[0], progress)) if found else []
 
 
-def _ranked(*sets: list[Hypothesis]) -> list[Hypothesis]:
+def _each(told: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """The first of each effect, or none, that stands beside what a rig does."""
+    first: dict[frozenset[Key], Hypothesis] = {}
+    for h in told:
+        first.setdefault(frozenset(e.key for e in h.effects if not of_a_rig(e)), h)
+    return list(first.values())
+
+
+def _here(evidence: Evidence, told: Hypothesis, progress: Progress) -> list[Hypothesis]:
+    """What modes told on these responses with the rest of a rig, freed of what is likelier without:
+    brought near first by a comparison that no line can dominate; and by weighted squares at once
+    where that does not explain, for the comparison leaves open how much a channel reads. Likeliest
+    first."""
+    approach, here = evidence.approach, carried(evidence, told)
+    if approach is None or here is None:
+        return []
+    progress(f"fitting {told.name} to the responses")
+    begun = approach.rigged(here) or here
+    found: list[Hypothesis] = []
+    for whole in (_near(evidence, begun), begun):
+        if whole is not None and tenable(evidence, whole):
+            found = _ranked(found, sharpened(evidence, whole, progress))
+        if found and _explains(found[0]):
+            break
+    return found
+
+
+def _near(evidence: Evidence, whole: Hypothesis) -> Hypothesis | None:
+    """Brought as near as it comes, level by level; None where that leads to no structure."""
+    approach = evidence.approach
+    try:
+        for level in range(SEVERAL_LEVEL, evidence.levels):
+            setting = evidence.at_level(whole.fit.setting, level)
+            fit, _ = approach.taken(Seed(whole.effects, setting, whole.fit.p), "sharp")
+            whole = Hypothesis(whole.effects, fit)
+    except CvxupdateError:
+        return None
+    return whole
+
+
+def _explains(h: Hypothesis) -> bool:
+    return h.fit.misfit <= OPEN * EXPLAINED
+
+
+def _ranked(*sets: Sequence[Hypothesis]) -> list[Hypothesis]:
     return sorted(merged(*sets), key=merit, reverse=True)

@@ -99,7 +99,7 @@ def search(evidence: Evidence, progress: Progress, seen: Seen = NOTHING) -> Foun
         singles = merged(raced(evidence, coarse[:STAYING], FINE, progress), _alone(grown.sets))
         several = [h for h in grown.sets if len(h.effects) > 1]
     else:
-        smooth = Smooth(coarse, sharper, alone, grown.sets, grown.ahead, pattern)
+        smooth = Smooth(coarse, sharper, alone, grown, pattern)
         singles, several = _sharpened(evidence, smooth, progress)
     several = merged(several, at_last(evidence, several, progress))
     return Found(
@@ -114,22 +114,21 @@ def search(evidence: Evidence, progress: Progress, seen: Seen = NOTHING) -> Foun
 @dataclass(frozen=True)
 class Smooth:
     """Of smooth recordings: single effects (``coarse``), those that show on ``sharper`` ones only,
-    what a rig does ``alone``, sets that are ``grown`` and whether they are ``ahead``; ``pattern``:
-    only that of damping is at stake."""
+    what a rig does ``alone``, sets that are ``grown``; ``pattern``: only that of damping is at
+    stake."""
 
     coarse: list[Hypothesis]
     sharper: list[Hypothesis]
     alone: list[Hypothesis]
-    grown: list[Hypothesis]
-    ahead: bool
+    grown: Grown
     pattern: bool
 
     @property
     def reached(self) -> bool:
         """Whether the sets leave single effects far behind, or little at all."""
-        if not self.ahead:
+        if not self.grown.ahead:
             return False
-        best = self.grown[0]
+        best = self.grown.sets[0]
         near = best.fit.misfit <= OPEN * EXPLAINED
         return near or all(HOPELESS * best.penalised <= h.penalised for h in self.coarse[:1])
 
@@ -138,7 +137,12 @@ def _sharpened(
     evidence: Evidence, smooth: Smooth, progress: Progress
 ) -> tuple[list[Hypothesis], list[Hypothesis]]:
     """Single effects and sets of them, to the end."""
-    coarse, grown, reached, pattern = smooth.coarse, smooth.grown, smooth.reached, smooth.pattern
+    coarse, grown, reached, pattern = (
+        smooth.coarse,
+        smooth.grown.sets,
+        smooth.reached,
+        smooth.pattern,
+    )
     if reached:
         coarse = coarse[:STAYING]  # no single effect comes near
     elif not pattern and coarse and coarse[0].penalised > OPEN * EXPLAINED:
@@ -158,12 +162,12 @@ def _sharpened(
         known = likeliest(several)
         singles = merged(singles, simpler(evidence, several[0], progress) if several else [])
         single = _told_alone(evidence, singles, merged(several, grown))
-        known_ways = [several] if smooth.ahead else [several, grown]  # each has its own end
+        known_ways = [several] if smooth.grown.ahead else [several, grown]  # each has its own end
         ways = [] if single else _open(evidence, known_ways)
         several = merged(several, grown, *(further(evidence, way, progress) for way in ways))
     several = _stretches(evidence, elsewhere(evidence, several, progress), progress)
     several = merged(several, shaken(evidence, several, progress))
-    lighter = _lighter(evidence, several, smooth.alone, progress)
+    lighter = [] if smooth.grown.freed else _lighter(evidence, several, smooth.alone, progress)
     firsts = coarse if reached else []
     if not single:
         lighter += _instead(evidence, merged(several, lighter), firsts, known, progress)

@@ -40,7 +40,7 @@ def test_what_a_rig_does_alone_is_ahead_where_no_single_effect_is_a_structure(
         return grown_from(EVIDENCE, coarse, [PAIR], grown.NOTHING, print)  # type: ignore[arg-type]
 
     assert sets([]).ahead and sets([SINGLE]).ahead and not sets([supposed(PlainFit(9.0), A)]).ahead
-    smooth = Smooth([], [], [PAIR], [PAIR], ahead=True, pattern=False)
+    smooth = Smooth([], [], [PAIR], Grown([PAIR], True), pattern=False)
     assert smooth.reached, "nothing else is known"
 
 
@@ -91,10 +91,10 @@ def test_a_rig_is_met_by_the_modes_first(
         asked.append("guided")
         return [other]
 
-    monkeypatch.setattr(grown, "by_modes", lambda evidence, progress: ([alone, whole], True))
+    monkeypatch.setattr(grown, "met", lambda evidence, progress: [alone, whole])
     monkeypatch.setattr(grown, "guided", guided)
     monkeypatch.setattr(grown, "further", lambda evidence, sets, progress: [])
     found = grown_from(EVIDENCE, [SINGLE], [], grown.NOTHING, print)  # type: ignore[arg-type]
-    assert found.ahead and not found.ended
+    assert found.ahead and not found.ended and found.freed == ends
     assert found.sets == ([whole] if ends else [other, whole])
     assert asked == ([] if ends else ["guided"])

@@ -36,3 +36,57 @@ def test_a_rig_that_does_not_explain_the_modes_is_completed(
 
 def test_without_modes_nothing_is_met() -> None:
     assert met.by_modes(EVIDENCE, print) == ([], False)  # type: ignore[arg-type]
+    assert met.met(EVIDENCE, print) == []  # type: ignore[arg-type]
+
+
+class Seen(PlainEvidence):
+    def by_modes(self, fewest: int = 0) -> PlainEvidence:  # type: ignore[override]
+        return EVIDENCE
+
+
+def test_what_the_modes_are_too_few_to_tell_is_sought_in_the_responses(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A softer member of a space frame on soft feet with soft joints (the laboratory's 4100): the
+    modes are explained by the rig alone, the responses not; beside it the member shows at once. Of
+    each thing that the modes say beside a rig the likeliest is carried over, until one explains."""
+    lump = effect("added_mass", nodes=(3,))
+    told = [
+        supposed(PlainFit(0.1), RIG, BED),
+        supposed(PlainFit(0.2), RIG),
+        supposed(PlainFit(0.3), RIG, SOUGHT),
+        supposed(PlainFit(0.4), RIG, lump),
+    ]
+    left = {frozenset(h.keys): x for h, x in zip(told, (30.0, 20.0, 10.0, 9.0), strict=True)}
+    carried, freed = [], []
+
+    def here(evidence: object, h: object, progress: object) -> list[object]:
+        carried.append(h)
+        return [supposed(PlainFit(left[frozenset(h.keys)]), *h.effects)]  # type: ignore[attr-defined]
+
+    whole = supposed(PlainFit(0.5), RIG, BED, lump)
+
+    def backward(
+        evidence: object, h: object, progress: object
+    ) -> tuple[list[object], list[object]]:
+        freed.append(h)
+        return [], [supposed(PlainFit(0.45), BED, lump)]
+
+    monkeypatch.setattr(met, "_told", lambda modes, progress: told)
+    monkeypatch.setattr(met, "_here", here)
+    monkeypatch.setattr(met, "with_one_more", lambda evidence, best, progress: [whole])
+    monkeypatch.setattr(met, "backward", backward)
+    found = met.met(Seen((PlainFit(100.0),)), print)  # type: ignore[arg-type]
+    assert carried == [told[0], told[2], told[3]], "one for each thing beside a rig"
+    assert freed == [whole] and [e.physics for e in found[0].effects] == [BED.physics, "added_mass"]
+    left[frozenset(told[0].keys)] = 0.5
+    carried.clear()
+    met.met(Seen((PlainFit(100.0),)), print)  # type: ignore[arg-type]
+    assert carried == [told[0]], "it explains"
+    left[frozenset(told[0].keys)] = 30.0
+    carried.clear()
+    told[0] = supposed(PlainFit(5.0), RIG, BED)
+    asked: list[object] = []
+    monkeypatch.setattr(met, "with_one_more", lambda *args: asked.append(args) or [])
+    met.met(Seen((PlainFit(100.0),)), print)  # type: ignore[arg-type]
+    assert carried == [told[0]] and not asked, "the modes are not explained"
