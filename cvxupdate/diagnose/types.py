@@ -10,7 +10,6 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from cvxupdate.diagnose.budget import Timed
 from cvxupdate.diagnose.fit import Fit
 from cvxupdate.diagnose.results import Further, Updated
 from cvxupdate.diagnose.settings import LEVEL_NOISE
@@ -114,6 +113,10 @@ class Evidence(Protocol):
     @property
     def names(self) -> tuple[str, ...]:
         """Effects that are tried."""
+
+    @property
+    def stocky(self) -> bool:
+        """Whether theory wants shear of its beams, which have none."""
 
     @property
     def levels(self) -> int:
@@ -272,29 +275,3 @@ class Evidence(Protocol):
 
     def metrics(self, last: Fit) -> dict[str, Any]:
         """The contract's metrics before and after, of fitted and of held-out recordings."""
-
-
-class Linear(Timed):
-    """What evidence of structures that are linear and stay as they are has no need to say."""
-
-    drift, foretold = None, False
-
-    def departs(self, fit: Fit) -> str:
-        """None: there is but one kind."""
-        return ""
-
-    def held_out(self, fit: Fit) -> float:
-        """Nothing: another record is one more of the same."""
-        return 0.0
-
-    def between_levels(self, fit: Fit) -> Errors:
-        """Not asked."""
-        return Errors(float("nan"), float("nan"))
-
-    def alike(self, fit: Fit, effect: Effect, strictly: bool = False) -> Sequence[Effect]:
-        """None: all places are compared."""
-        return ()
-
-    def apart(self, one: Fit, other: Fit, titles: tuple[str, str]) -> str:
-        """Not said."""
-        return ""

@@ -7,11 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from cvxupdate.diagnose.hypothesis import Hypothesis, only_a_rig, price
+from cvxupdate.diagnose.hypothesis import Hypothesis, price
 from cvxupdate.diagnose.judge.acceptance import Case, Weighed
 from cvxupdate.diagnose.judge.alternatives import extent, has, nodes_of
 from cvxupdate.diagnose.judge.between import unheard_of
 from cvxupdate.diagnose.settings import REGION, STRONG
+from cvxupdate.diagnose.theory import expected
 from cvxupdate.diagnose.types import Key, Real
 from cvxupdate.fe.model import Model
 from cvxupdate.physics.effect import Effect
@@ -23,7 +24,8 @@ def log_odds(w: Weighed, case: Case) -> float:
     its fit, less half the logarithm of the figures for each unknown (Bayes' information criterion;
     Kass and Raftery 1995), and the likelihood of what was held out, for which nothing was fitted.
     Where only the pattern of damping is at stake its strain is the likelihood, one figure a mode.
-    That something sought is missing at all is one supposition, a rig alone another: the first
+    That something sought is missing at all is one supposition, a rig alone, or one with the shear
+    that theory wants, another: the first
     shares its probability among all the places where it may stand, which beside hundreds are bound
     to have one that fits the noise of a rig better (Scott and Berger 2010 on multiplicity). Beside
     a reference what material does not do takes strong evidence (`unheard_of`)."""
@@ -31,9 +33,9 @@ def log_odds(w: Weighed, case: Case) -> float:
         figures, fits = float(len(w.fit.p)), -0.5 * w.fit.damping_strain
     else:
         figures, fits = w.fit.independent, w.fit.log_evidence + w.held_out
-    file, rig = case.evidence.file, only_a_rig(w.hypothesis)
+    file, usual = case.evidence.file, expected(case.evidence, w.hypothesis)
     common = file is None or not w.hypothesis.effects  # to all tests, or nothing at all
-    sought = bool(w.freed) or not (rig and common)
+    sought = bool(w.freed) or not (usual and common)
     odd = 0 if file is None else unheard_of(w.hypothesis, file)
     return (
         fits - price(w.unknowns, figures) - sought * float(np.log(case.places)) - odd * STRONG / 2

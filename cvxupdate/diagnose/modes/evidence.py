@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from cvxupdate.diagnose.budget import Budget
 from cvxupdate.diagnose.fit import Fit
+from cvxupdate.diagnose.linear import Linear
 from cvxupdate.diagnose.modes.alike import alike_of
 from cvxupdate.diagnose.modes.dashpots import ZETA
 from cvxupdate.diagnose.modes.figures import modes_shown, with_counterparts
@@ -42,7 +43,6 @@ from cvxupdate.diagnose.types import (
     Errors,
     FiniteSize,
     LevelChange,
-    Linear,
     Progress,
     Real,
     Score,

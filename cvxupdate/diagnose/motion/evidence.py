@@ -76,7 +76,7 @@ class MotionEvidence(OfLinear, Timed):
     scores: LawScores = field(default_factory=LawScores)
     budget: Budget = field(default_factory=Budget)
 
-    told_by, approach = MOTION, None
+    told_by, approach, stocky = MOTION, None, False
 
     @property
     def names(self) -> tuple[str, ...]:

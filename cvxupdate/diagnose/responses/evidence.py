@@ -14,6 +14,7 @@ from cvxupdate.correlate.response_error import Stated, stated_errors
 from cvxupdate.diagnose.budget import Budget
 from cvxupdate.diagnose.fit import Fit, fitted_at
 from cvxupdate.diagnose.hypothesis import Hypothesis
+from cvxupdate.diagnose.linear import Linear
 from cvxupdate.diagnose.nominal.mesh import mesh_line
 from cvxupdate.diagnose.nominal.refinement import Mesh, mesh_lines, mesh_notes
 from cvxupdate.diagnose.nominal.supports import elements_of, on_the_file, regrown
@@ -49,7 +50,7 @@ from cvxupdate.diagnose.screen.likeness import moving_as_one
 from cvxupdate.diagnose.screen.projection import Linearised, Projection
 from cvxupdate.diagnose.settings import CLEAR, EXPLAINED, OPEN
 from cvxupdate.diagnose.shown import Shown
-from cvxupdate.diagnose.types import Errors, FiniteSize, LevelChange, Linear, Progress, Score, Seed
+from cvxupdate.diagnose.types import Errors, FiniteSize, LevelChange, Progress, Score, Seed
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.synthesis.space import Space
 from cvxupdate.fe.terms import Real
@@ -220,7 +221,7 @@ class ResponseEvidence(Linear):
     @cached_property
     def approach(self) -> Guide:
         """Beside a model that is far off."""
-        return Guide(self, self.fine.stocky)
+        return Guide(self)
 
     def held_out(self, fit: Fit) -> float:
         """Of what is driven from elsewhere; another record at the same drive says the same."""

@@ -27,7 +27,8 @@ from cvxupdate.diagnose.responses.sets import sets_of_elements
 from cvxupdate.diagnose.responses.setting import EFFORTS
 from cvxupdate.diagnose.screen.projection import Projection
 from cvxupdate.diagnose.screen.shortlist import best_of, members, not_among
-from cvxupdate.diagnose.settings import BY_THEORY, NEAR_THEORY, SEVERAL_LEVEL, STARTS, WHOLE, WHOLES
+from cvxupdate.diagnose.settings import SEVERAL_LEVEL, STARTS, WHOLE, WHOLES
+from cvxupdate.diagnose.theory import by_theory
 from cvxupdate.diagnose.types import Evidence, FiniteSize, Key, Score, Seed
 from cvxupdate.forked import every
 from cvxupdate.physics import effect_types
@@ -59,17 +60,12 @@ def at_finite_sizes(
     return FiniteSize(exact, [seed for seed, _ in ranked[:WHOLE]])
 
 
-SHEARS = "shear_deformation"
-
-
 @dataclass(frozen=True)
 class Guide:
     """How a model that is far off is brought near: by a comparison that no line can dominate
-    (`cvxupdate.diagnose.responses.bounded`). ``stocky``: theory wants shear of its beams;
-    ``known``: what is asked for more than once."""
+    (`cvxupdate.diagnose.responses.bounded`). ``known``: what is asked for more than once."""
 
     evidence: Evidence
-    stocky: bool = False
     known: dict[object, Any] = field(default_factory=dict)
 
     def begun(self) -> Hypothesis:
@@ -80,23 +76,13 @@ class Guide:
         return self.by_theory(bare) or bare
 
     def by_theory(self, parent: Hypothesis) -> Hypothesis | None:
-        """A parent with the shear that theory wants of its beams, as large as that says; None where
-        it wants none, or the parent has that much."""
-        has = [k for k, e in enumerate(parent.effects) if e.physics == SHEARS]
-        near = any(abs(parent.sizes(k)[0] - BY_THEORY) <= NEAR_THEORY for k in has)
-        if not self.stocky or near or SHEARS not in self.evidence.names:
-            return None
-        rest = without(self.evidence, parent, *has) if has else parent
-        if rest is None:
-            return None
-        found = self.evidence.candidates(rest.fit.setting.model, (SHEARS,))
-        whole = max(found, key=lambda e: len(e.place.elements), default=None)
-        return None if whole is None else together(self.evidence, rest, [whole], BY_THEORY)
+        """A parent with the shear that theory wants of its beams."""
+        return by_theory(self.evidence, parent)
 
     def rigged(self, parent: Hypothesis) -> Hypothesis | None:
         """A parent with all that a rig does, as yet of no size: what hardly a test is without, in
         some measure. The fit tells in what. Supports that stand on a fixture give way with it."""
-        rig = _classes(self._rig(parent))
+        rig = _classes(self._rig(parent), parent.effects)
         fixed = any(e.physics == FIXTURE and not at_drive(e) for e in parent.effects)
         found = together(self.evidence, parent, _widest(rig) if fixed else rig)
         return None if found is parent else found
@@ -105,7 +91,7 @@ class Guide:
         """A parent with a rig of which one number says all joints, and one how all feet turn, as
         yet of no size, and without a shaker: the fewest things that a rig may be. None where
         `rigged` is that already."""
-        rig = _classes(self._rig(parent))
+        rig = _classes(self._rig(parent), parent.effects)
         fewest = _covering([e for e in rig if not parts_of(e)])
         return together(self.evidence, parent, fewest) if len(fewest) < len(rig) else None
 
@@ -113,7 +99,7 @@ class Guide:
         """A parent on the ``count`` fixtures or cords that bring it nearest, with all else that a
         rig does: beside springs that give way as they should the mass of what holds them does not
         show."""
-        rig = _widest([e for e in _classes(self._rig(parent)) if not parts_of(e)])
+        rig = _widest([e for e in _classes(self._rig(parent), parent.effects) if not parts_of(e)])
         mounts = tuple({t.name for t in effect_types() if t.mount})
         key = "mounted", parent.keys, parent.fit.setting.level, parent.fit.p.tobytes()
         if key not in self.known:
@@ -235,9 +221,10 @@ def _asked(seed: Seed, effort: str) -> object:
     return effort, seed.keys, seed.setting.level, seed.start.tobytes()
 
 
-def _classes(effects: Sequence[Effect]) -> list[Effect]:
-    """Without those at one place of a class that is there as a whole."""
-    several = [e for e in effects if len(e.place.nodes) > 1 and e.change is not None]
+def _classes(effects: Sequence[Effect], known: Sequence[Effect]) -> list[Effect]:
+    """Without those at one place of a class that is there as a whole, or ``known``: beside it each
+    says once more what the class says."""
+    several = [e for e in (*effects, *known) if len(e.place.nodes) > 1 and e.change is not None]
     return [e for e in effects if not any(_within(e, c) for c in several)]
 
 

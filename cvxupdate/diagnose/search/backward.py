@@ -23,10 +23,10 @@ def backward(
     progress: Progress,
 ) -> tuple[list[Hypothesis], list[Hypothesis]]:
     """One effect after the other goes, what is sought before what a rig does, as long as the
-    evidence grows, or is said in fewer unknowns; while a set explains, as long as there is no
-    strong evidence against fewer: two effects that do little may go together where each by itself
-    is worth its unknowns. What is left of the likeliest without each effect, as it is; and all that
-    was tried, sharpened."""
+    evidence grows; then what is said in fewer unknowns. While a set explains, as long as there is
+    no strong evidence against fewer: two effects that do little may go together where each by
+    itself is worth its unknowns. What is left of the likeliest without each effect, as it is; and
+    all that was tried, sharpened."""
     tried, kept, at = list[Hypothesis](), list[Hypothesis](), best
     walked: set[frozenset[Key]] = set()
     while True:
@@ -34,10 +34,11 @@ def backward(
         rests = [(k, r) for k in order if (r := without(evidence, at, k)) is not None and r.effects]
         if at is best or merit(at) > merit(best):
             best, kept = at, [r for _, r in rests]
-        parts = entered(evidence, plainer(evidence, at), progress)
-        fewer = _fewer(evidence, at, rests, parts, progress)
-        tried += fewer
         walked.add(at.keys)
+        fewer = _fewer(evidence, at, rests, progress)
+        if not any(merit(h) > merit(best) and h.keys not in walked for h in fewer):
+            fewer = merged(fewer, _in_fewer_unknowns(evidence, at, progress))
+        tried += fewer
         likeliest = max((h for h in fewer if h.keys not in walked), key=merit, default=at)
         forgiven = STRONG / 2.0 if likeliest.fit.misfit <= OPEN * EXPLAINED else 0.0
         done = evidence.hurried or len(likeliest.effects) < 2
@@ -50,23 +51,27 @@ def _fewer(
     evidence: Evidence,
     whole: Hypothesis,
     rests: Sequence[tuple[int, Hypothesis]],
-    parts: Sequence[Hypothesis],
     progress: Progress,
 ) -> list[Hypothesis]:
-    """A set without each of its effects (their numbers and the ``rests``), and what says the same
-    in fewer unknowns (``parts``), sharpened. Of a set that explains a rest whatever it leaves as it
-    is, for beside light resonances what hardly moves them leaves a thousand times as much until the
-    others are fitted again; but none without what is `firm`."""
+    """A set without each of its effects (their numbers and the ``rests``), sharpened. Of a set that
+    explains a rest whatever it leaves as it is, for beside light resonances what hardly moves them
+    leaves a thousand times as much until the others are fitted again; but none without what is
+    `firm`."""
     last = evidence.levels - 1
     if whole.fit.misfit > OPEN * EXPLAINED:
-        both = [*(r for _, r in rests), *parts]
-        return raced(evidence, both, ((last, len(both)),), progress)
+        return raced(evidence, [r for _, r in rests], ((last, len(rests)),), progress)
     loose = [r for k, r in rests if not firm(whole, k)]
+    return raced(evidence, loose, ((last, len(loose)),), progress, behind=np.inf)
+
+
+def _in_fewer_unknowns(
+    evidence: Evidence, whole: Hypothesis, progress: Progress
+) -> list[Hypothesis]:
+    """What is `plainer`, sharpened, unless it falls far behind the ``whole``."""
+    last = evidence.levels - 1
+    parts = entered(evidence, plainer(evidence, whole), progress)
     near = [h for h in parts if h.penalised <= BEHIND * whole.penalised]
-    return merged(
-        raced(evidence, loose, ((last, len(loose)),), progress, behind=np.inf),
-        raced(evidence, near, ((last, len(near)),), progress),
-    )
+    return raced(evidence, near, ((last, len(near)),), progress)
 
 
 def firm(h: Hypothesis, number: int) -> bool:

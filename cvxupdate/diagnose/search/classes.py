@@ -19,6 +19,7 @@ from cvxupdate.diagnose.search.beside import beside
 from cvxupdate.diagnose.search.race import entered, merged, raced, refitted
 from cvxupdate.diagnose.search.several import room
 from cvxupdate.diagnose.settings import EXPLAINED, HOPELESS, PARTNERS
+from cvxupdate.diagnose.theory import by_theory
 from cvxupdate.diagnose.types import Evidence, Progress
 from cvxupdate.physics.effect import MODES, Effect
 
@@ -87,7 +88,8 @@ def at_once(evidence: Evidence, progress: Progress, again: bool = True) -> list[
     what the evidence is better without (``again``: fitted without each of its parts, where it does
     not explain); likeliest first. Nothing where a rig has no part."""
     progress("fitting all that a rig does everywhere at once")
-    tried = at_once_beside(evidence, Hypothesis((), evidence.bases[-1]))
+    bare = Hypothesis((), evidence.bases[-1])
+    tried = at_once_beside(evidence, by_theory(evidence, bare) or bare)
     if not tried:
         return []
     best = max(tried, key=merit)

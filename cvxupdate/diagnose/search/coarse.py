@@ -11,9 +11,11 @@ from cvxupdate.diagnose.search.rigs import a_rig_alone
 from cvxupdate.diagnose.search.spread import spread_out
 from cvxupdate.diagnose.settings import (
     ABREAST,
+    CLEARLY,
     COARSE,
     EACH_SIZED,
     EXPLAINED,
+    HALVED,
     HOPELESS,
     OPEN,
     SEVERAL_LEVEL,
@@ -64,3 +66,12 @@ def enough_alone(evidence: Evidence, alone: Sequence[Hypothesis]) -> bool:
 def far_off(coarse: Sequence[Hypothesis]) -> bool:
     """Whether no single effect comes near."""
     return bool(coarse) and coarse[0].fit.misfit > HOPELESS * EXPLAINED
+
+
+def follows(evidence: Evidence, h: Hypothesis) -> bool:
+    """Whether with a hypothesis the structure follows its model through most of the recordings: a
+    tenth of the weighted squares is left, and half of the error. Then what is still missing shows
+    in them; resonances that stand elsewhere hide it."""
+    base = evidence.bases[-1]
+    half = evidence.errors(h.fit).fit <= HALVED * evidence.errors(base).fit
+    return h.fit.misfit <= CLEARLY * base.misfit and half

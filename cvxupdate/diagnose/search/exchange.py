@@ -23,6 +23,7 @@ from cvxupdate.diagnose.search.several import at_level
 from cvxupdate.diagnose.settings import (
     EACH,
     FINE_SEVERAL,
+    HALVED,
     NEIGHBOURS,
     PARTNERS,
     SEVERAL_LEVEL,
@@ -40,13 +41,19 @@ LEAST_RATIO = 1e-4  # of damping, of an oscillator with a dashpot: without, it h
 EXCHANGED = "other effects in place of each of the best set"
 
 
-def crowded(sets: Sequence[Hypothesis]) -> bool:
+def crowded(evidence: Evidence, sets: Sequence[Hypothesis]) -> bool:
     """Whether the likeliest set has more than two effects, two of them such as no rig does: two
-    that nobody sought may do as much, for what two explain, many imitate."""
+    that nobody sought may do as much, for what two explain, many imitate. Not where what a rig
+    does in it halves by itself, as it is, what nuisance parameters leave: without that no two come
+    near."""
     best = likeliest(sets)
     if best is None or len(best.effects) < 3:
         return False
-    return sum(not (of_a_rig(e) or at_drive(e)) for e in best.effects) > 1
+    sought = [k for k, e in enumerate(best.effects) if not (of_a_rig(e) or at_drive(e))]
+    if len(sought) < 2:
+        return False
+    rig = without(evidence, best, *sought) if len(sought) < len(best.effects) else None
+    return rig is None or rig.fit.misfit > HALVED * evidence.bases[-1].misfit
 
 
 def exchanged(
@@ -84,15 +91,17 @@ def walked(
     near: Callable[[Hypothesis, Sequence[Hypothesis]], list[Hypothesis] | None],
 ) -> list[Hypothesis]:
     """``known`` and what is ``near`` the best of them (beside what is known by then; None ends it),
-    again from there as long as one of these is likelier. All, best first."""
-    found = list(known)
+    again from there as long as one of these is likelier and was not begun from yet. All, best
+    first."""
+    found, begun = list(known), set[frozenset[Key]]()
     for _ in range(WALKS):
+        begun.add(best.keys)
         more = near(best, found)
         if more is None:
             break
         found = merged(found, more)
         ahead = likeliest(more)
-        if ahead is None or merit(ahead) <= merit(best):
+        if ahead is None or merit(ahead) <= merit(best) or ahead.keys in begun:
             break
         best = ahead
     return found

@@ -10,15 +10,15 @@ from typing import Protocol
 import numpy as np
 
 from cvxupdate.diagnose.hypothesis import Hypothesis, only_a_rig
+from cvxupdate.diagnose.modes.identified import FEW
 from cvxupdate.diagnose.search.carried import carried
-from cvxupdate.diagnose.search.coarse import enough_alone, far_off
+from cvxupdate.diagnose.search.coarse import enough_alone, far_off, follows
 from cvxupdate.diagnose.search.guided import grown_near, guided
 from cvxupdate.diagnose.search.met import met
 from cvxupdate.diagnose.search.race import merged, raced
 from cvxupdate.diagnose.search.several import further
 from cvxupdate.diagnose.settings import (
     CHANCE,
-    CLEARLY,
     EXPLAINED,
     FINE_SEVERAL,
     HALVED,
@@ -101,14 +101,16 @@ def grown_from(
     """Sets that grow where no single effect comes near, what a rig does ``alone``, and where that
     is not enough what was ``seen``: another look takes as long, and has nothing to add to what
     explains. What a rig does beside something else is one of them, and no end of the search. A rig
-    that is met by the modes, with what stands beside it, comes first: it takes seconds."""
+    that is met by the modes, with what stands beside it, comes first: it takes seconds. What grows
+    has its turn before another look where something follows the recordings already, or the modes
+    are as far off."""
     left = leaves_much(evidence, coarse, alone)
     far = left and far_off(coarse)
-    found = [h for h in met(evidence, progress) if len(h.effects) > 1] if far else []
+    found = [h for h in met(evidence, progress) if len(h.effects) > 1] if left else []
     if any(within_chance(h) for h in found):
         return Grown(merged(found, alone), True, freed=True)
-    ready = far and any(follows(evidence, h) for h in (*alone, *coarse[:1]))
-    first = grown_near(evidence, progress) if ready else []
+    near_by = any(follows(evidence, h) for h in (*alone, *coarse[:1]))
+    first = grown_near(evidence, progress) if far and (near_by or modes_far_off(evidence)) else []
     there, near = list[Hypothesis](), False
     if not any(within_chance(h) for h in first):
         open_ = bool(coarse) and coarse[0].fit.misfit > EXPLAINED
@@ -133,13 +135,12 @@ def within_chance(h: Hypothesis) -> bool:
     return h.fit.misfit * figures <= chi_square_above(1.0 - CHANCE, figures)
 
 
-def follows(evidence: Evidence, h: Hypothesis) -> bool:
-    """Whether with a hypothesis the structure follows its model through most of the recordings: a
-    tenth of the weighted squares is left, and half of the error. Then what is still missing shows
-    in them; resonances that stand elsewhere hide it."""
-    base = evidence.bases[-1]
-    half = evidence.errors(h.fit).fit <= HALVED * evidence.errors(base).fit
-    return h.fit.misfit <= CLEARLY * base.misfit and half
+def modes_far_off(evidence: Evidence) -> bool:
+    """Whether the modes in the recordings are as far from the model with its usual scatter as these
+    are: then all is to be sought in them, too, which takes half of the time, and among some forty
+    figures much explains a frame on a fixture."""
+    modes = evidence.by_modes(FEW)
+    return modes is not None and far_off([Hypothesis((), modes.bases[-1])])
 
 
 def leaves_much(

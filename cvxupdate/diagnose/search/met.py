@@ -15,6 +15,7 @@ from cvxupdate.diagnose.modes.identified import FEW
 from cvxupdate.diagnose.search.backward import backward, merit
 from cvxupdate.diagnose.search.carried import carried
 from cvxupdate.diagnose.search.classes import on_a_rig, sharpened
+from cvxupdate.diagnose.search.coarse import follows
 from cvxupdate.diagnose.search.completed import completed, with_one_more
 from cvxupdate.diagnose.search.race import merged, tenable
 from cvxupdate.diagnose.settings import EXPLAINED, OPEN, SEVERAL_LEVEL, STAYING
@@ -37,9 +38,9 @@ def by_modes(evidence: Evidence, progress: Progress) -> tuple[list[Hypothesis], 
 
 def met(evidence: Evidence, progress: Progress) -> list[Hypothesis]:
     """The same where something is to be claimed. Where that explains the modes, of each effect
-    beside a rig, and of none, the likeliest, until one explains the responses, and the best of them
-    with one effect more. What explains is freed of each effect that it does not need. Best first.
-    """
+    beside a rig, and of none, the likeliest, until one explains the responses, and the best of
+    them, if these follow it, with one effect more. What explains is freed of each effect that it
+    does not need. Best first."""
     modes = evidence.by_modes(FEW)
     told = [] if modes is None else _each(_told(modes, progress))
     sure = bool(told) and modes is not None and modes.clear(told[0].fit)
@@ -52,7 +53,7 @@ def met(evidence: Evidence, progress: Progress) -> list[Hypothesis]:
         if found and _explains(found[0]):
             break
     found = _freed(evidence, found, progress)
-    if not found or not (sure or _explains(found[0])):
+    if not found or not (_explains(found[0]) or (sure and follows(evidence, found[0]))):
         return found
     more = _ranked(with_one_more(evidence, found[0], progress))
     better = bool(more) and merit(more[0]) > merit(found[0])

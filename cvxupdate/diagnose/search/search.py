@@ -168,9 +168,10 @@ def _sharpened(
     several = _stretches(evidence, elsewhere(evidence, several, progress), progress)
     several = merged(several, shaken(evidence, several, progress))
     lighter = [] if smooth.grown.freed else _lighter(evidence, several, smooth.alone, progress)
-    firsts = coarse if reached else []
     if not single:
-        lighter += _instead(evidence, merged(several, lighter), firsts, known, progress)
+        sets = merged(several, lighter)
+        firsts = coarse if reached and crowded(evidence, sets) else []
+        lighter += _instead(evidence, sets, firsts, known, progress)
     singles = merged(singles, _alone(lighter))
     several = [h for h in merged(several, lighter) if len(h.effects) > 1]
     if not pattern:
@@ -255,10 +256,10 @@ def _instead(
     known: Hypothesis | None,
     progress: Progress,
 ) -> list[Hypothesis]:
-    """What may stand in place of the likeliest of ``sets``: a pair with one of ``firsts``, where
-    that has many effects; others for one of its own, but if it is ``known`` that none does."""
+    """What may stand in place of the likeliest of ``sets``: a pair with one of ``firsts``; others
+    for one of its own, but if it is ``known`` that none does."""
     found = [h for h in sets if len(h.effects) > 1]
-    several = pairs(evidence, firsts, FEW_PARENTS, progress) if firsts and crowded(found) else []
+    several = pairs(evidence, firsts, FEW_PARENTS, progress) if firsts else []
     found = merged(found, several)
     best = likeliest(found)
     return several if best is known else exchanged(evidence, found, progress)

@@ -75,6 +75,36 @@ def test_another_look_is_taken_where_what_grows_does_not_explain(
     assert found.ahead and found.sets[0] == whole and len(taken) == looks
 
 
+@pytest.mark.parametrize("left", [0.5, 100.0])
+def test_what_grows_has_its_turn_before_modes_that_are_as_far_off(
+    monkeypatch: pytest.MonkeyPatch, left: float
+) -> None:
+    """Five modes of a frame on a fixture with soft joints and two softer elements (the laboratory's
+    4180) told nothing in 54 s, and what grows, which finds all of it, had no time."""
+
+    class Far(PlainEvidence):
+        def by_modes(self, fewest: int = 0) -> PlainEvidence:  # type: ignore[override]
+            return PlainEvidence((PlainFit(left),))
+
+    order = []
+
+    class Look(type(grown.NOTHING)):  # type: ignore[misc]
+        @property
+        def calm(self) -> bool:
+            order.append("look")
+            return False
+
+    whole = supposed(PlainFit(2.0), A, SOUGHT)
+    near = lambda evidence, progress: order.append("grown") or [whole]  # noqa: E731
+    monkeypatch.setattr(grown, "met", lambda evidence, progress: [])
+    monkeypatch.setattr(grown, "grown_near", near)
+    monkeypatch.setattr(grown, "guided", near)
+    monkeypatch.setattr(grown, "further", lambda evidence, sets, progress: [])
+    evidence = Far((PlainFit(100.0, errors=Errors(0.9, 0.9)),))
+    grown_from(evidence, [SINGLE], [], Look(), print)  # type: ignore[arg-type]
+    assert order[0] == ("grown" if left > 1.0 else "look")
+
+
 @pytest.mark.parametrize(
     ("near", "ends"), [pytest.param(0.1, True, id="explains"), pytest.param(3.0, False, id="not")]
 )

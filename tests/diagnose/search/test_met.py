@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from cvxupdate.diagnose.search import met
+from cvxupdate.diagnose.types import Errors
 from tests.cases.plain_evidence import PlainEvidence, PlainFit, effect, rig, supposed
 
 RIG, BED = rig("sensor_mass", nodes=(1,)), rig("joint_flexibility", nodes=(2,))
@@ -58,11 +59,12 @@ def test_what_the_modes_are_too_few_to_tell_is_sought_in_the_responses(
         supposed(PlainFit(0.4), RIG, lump),
     ]
     left = {frozenset(h.keys): x for h, x in zip(told, (30.0, 20.0, 10.0, 9.0), strict=True)}
-    carried, freed = [], []
+    carried, freed, error = [], [], [0.2, 0.2]
 
     def here(evidence: object, h: object, progress: object) -> list[object]:
         carried.append(h)
-        return [supposed(PlainFit(left[frozenset(h.keys)]), *h.effects)]  # type: ignore[attr-defined]
+        mine = PlainFit(left[frozenset(h.keys)], errors=Errors(*error))  # type: ignore[attr-defined]
+        return [supposed(mine, *h.effects)]  # type: ignore[attr-defined]
 
     whole = supposed(PlainFit(0.5), RIG, BED, lump)
 
@@ -76,17 +78,22 @@ def test_what_the_modes_are_too_few_to_tell_is_sought_in_the_responses(
     monkeypatch.setattr(met, "_here", here)
     monkeypatch.setattr(met, "with_one_more", lambda evidence, best, progress: [whole])
     monkeypatch.setattr(met, "backward", backward)
-    found = met.met(Seen((PlainFit(100.0),)), print)  # type: ignore[arg-type]
+    far = Seen((PlainFit(100.0, errors=Errors(0.9, 0.9)),))
+    found = met.met(far, print)  # type: ignore[arg-type]
     assert carried == [told[0], told[2], told[3]], "one for each thing beside a rig"
     assert freed == [whole] and [e.physics for e in found[0].effects] == [BED.physics, "added_mass"]
+    freed.clear()
+    error[:] = [0.6, 0.6]
+    met.met(far, print)  # type: ignore[arg-type]
+    assert not freed, "most of the responses are left: nothing more shows in them"
     left[frozenset(told[0].keys)] = 0.5
     carried.clear()
-    met.met(Seen((PlainFit(100.0),)), print)  # type: ignore[arg-type]
+    met.met(far, print)  # type: ignore[arg-type]
     assert carried == [told[0]], "it explains"
     left[frozenset(told[0].keys)] = 30.0
     carried.clear()
     told[0] = supposed(PlainFit(5.0), RIG, BED)
     asked: list[object] = []
     monkeypatch.setattr(met, "with_one_more", lambda *args: asked.append(args) or [])
-    met.met(Seen((PlainFit(100.0),)), print)  # type: ignore[arg-type]
+    met.met(far, print)  # type: ignore[arg-type]
     assert carried == [told[0]] and not asked, "the modes are not explained"

@@ -1,0 +1,43 @@
+"""Evidence of structures that are linear and stay as they are."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from cvxupdate.diagnose.budget import Timed
+from cvxupdate.diagnose.fit import Fit
+from cvxupdate.diagnose.nominal.refinement import Mesh
+from cvxupdate.diagnose.types import Errors
+from cvxupdate.physics.effect import Effect
+
+
+class Linear(Timed):
+    """What it has no need to say."""
+
+    fine: Mesh
+    drift, foretold = None, False
+
+    @property
+    def stocky(self) -> bool:
+        """Of the mesh that is diagnosed."""
+        return self.fine.stocky
+
+    def departs(self, fit: Fit) -> str:
+        """None: there is but one kind."""
+        return ""
+
+    def held_out(self, fit: Fit) -> float:
+        """Nothing: another record is one more of the same."""
+        return 0.0
+
+    def between_levels(self, fit: Fit) -> Errors:
+        """Not asked."""
+        return Errors(float("nan"), float("nan"))
+
+    def alike(self, fit: Fit, effect: Effect, strictly: bool = False) -> Sequence[Effect]:
+        """None: all places are compared."""
+        return ()
+
+    def apart(self, one: Fit, other: Fit, titles: tuple[str, str]) -> str:
+        """Not said."""
+        return ""

@@ -1,0 +1,35 @@
+"""What theory wants of a model: the shear of beams that are too short to do without."""
+
+from __future__ import annotations
+
+from cvxupdate.diagnose.hypothesis import Hypothesis, of_a_rig, together, without
+from cvxupdate.diagnose.settings import BY_THEORY, NEAR_THEORY
+from cvxupdate.diagnose.types import Evidence
+from cvxupdate.physics.shaker import at_drive
+
+SHEARS = "shear_deformation"
+
+
+def by_theory(evidence: Evidence, parent: Hypothesis) -> Hypothesis | None:
+    """A parent with the shear that theory wants of its beams, as large as that says; None where
+    it wants none, or the parent has that much."""
+    has = [k for k, e in enumerate(parent.effects) if e.physics == SHEARS]
+    near = any(abs(parent.sizes(k)[0] - BY_THEORY) <= NEAR_THEORY for k in has)
+    if not evidence.stocky or near or SHEARS not in evidence.names:
+        return None
+    rest = without(evidence, parent, *has) if has else parent
+    if rest is None:
+        return None
+    found = evidence.candidates(rest.fit.setting.model, (SHEARS,))
+    whole = max(found, key=lambda e: len(e.place.elements), default=None)
+    return None if whole is None else together(evidence, rest, [whole], BY_THEORY)
+
+
+def expected(evidence: Evidence, h: Hypothesis) -> bool:
+    """Whether nothing is supposed but what a rig does, what stands at the drive being the shaker's,
+    and what theory wants: neither had to be sought among many places."""
+
+    def usual(physics: str) -> bool:
+        return evidence.stocky and physics == SHEARS
+
+    return all(of_a_rig(e) or at_drive(e) or usual(e.physics) for e in h.effects)
