@@ -171,6 +171,7 @@ class PlainEvidence:
     jobs: int = 1
     unfinished: bool = False
     odd: str = ""
+    stocky: bool = False
     drift: str | None = None
     approach: None = None
     next: bool = False

@@ -9,11 +9,20 @@ halves what the nuisance parameters leave, fitted and held out.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 from cvxupdate.diagnose.hypothesis import Hypothesis, without
-from cvxupdate.diagnose.judge.acceptance import Weighed, better, explained, halved, refuted
+from cvxupdate.diagnose.judge.acceptance import (
+    Case,
+    Weighed,
+    better,
+    explained,
+    halved,
+    refuted,
+    weighed,
+)
 from cvxupdate.diagnose.judge.agreement import as_large, both, needed, same
 from cvxupdate.diagnose.judge.channels import apart, beside, with_gains
 from cvxupdate.diagnose.judge.confidence import standing
@@ -156,8 +165,7 @@ class ByModes:
 
     def _sound(self, judgement: Judgement) -> bool:
         """Whether nothing is missing by the modes, and the responses know nothing better, or modal
-        constants, held out too, are the model's: then what is better bends itself to sensors that
-        stand beside their nodes."""
+        constants, held out too, are the model's: better is then what sensors off nodes bend."""
         if not self.calm or self.further.gains:
             return False
         case = judgement.case
@@ -165,18 +173,29 @@ class ByModes:
         return self.met or not any(better(w, case.base, case) for w in tried)
 
     def _damped(self, judgement: Judgement) -> Judgement | None:
-        """With their `damper`, if the responses confirm it: what is beyond noise is halved by it
-        alone, fitted and held out, and it is about as large there."""
-        finding, case = self.damper, judgement.case
-        if finding is None:
-            return None
-        for w in judgement.singles:
-            (effect,), (figures,) = w.hypothesis.effects, w.hypothesis.figures
-            alike = same(effect, finding) and as_large(finding, effect, figures)
-            if alike and halved(w, case.base, case) and not refuted(w, case):
-                stands = standing(0, w, judgement.field, case)
-                return judgement.claiming(w, [both(finding, effect, figures)], [stands])
+        """With their `damper`, if the responses confirm it."""
+        case = judgement.case
+        for w in judgement.singles if self.damper else ():
+            found = None if refuted(w, case) else self._as_damper(w, case)
+            if found is not None:
+                return judgement.claiming(w, [found], [standing(0, w, judgement.field, case)])
         return None
+
+    def damps(self, singles: Sequence[Hypothesis]) -> bool:
+        """Whether one of the ``singles`` on the responses is their `damper`, and confirmed."""
+        if self.damper is None:
+            return False
+        base = weighed(self.evidence, Hypothesis((), self.evidence.bases[-1]))
+        case = Case(self.evidence, base, False)
+        return any(self._as_damper(case.weighed(h), case) for h in singles)
+
+    def _as_damper(self, w: Weighed, case: Case) -> Finding | None:
+        """A single effect as their `damper`: what is beyond noise is halved by it alone, fitted and
+        held out, and it is about as large; else None."""
+        (effect,), (figures,), told = w.hypothesis.effects, w.hypothesis.figures, self.damper
+        if told is None or not (same(effect, told) and as_large(told, effect, figures)):
+            return None
+        return both(told, effect, figures) if halved(w, case.base, case) else None
 
     def _claimed(self, judgement: Judgement, told: Judgement) -> Judgement:
         """With what they tell and the responses confirm."""

@@ -30,7 +30,7 @@ from cvxupdate.diagnose.settings import (
     SHORT,
     WALKS,
 )
-from cvxupdate.diagnose.types import Evidence, Key, Progress, Seed
+from cvxupdate.diagnose.types import Evidence, Key, Progress, Score, Seed
 from cvxupdate.forked import Ahead
 from cvxupdate.physics.effect import MOTION, Effect, HiddenOscillator
 from cvxupdate.physics.place import Place
@@ -61,13 +61,15 @@ def exchanged(
 ) -> list[Hypothesis]:
     """``known`` (sharpened) and the likeliest set of them with its effects exchanged, what is
     sought before what a rig does and what is least sure before the rest, as long as another is
-    likelier then. All, best first. Laws that follow the motion are not: what is hardly told from
+    likelier then; what a rig does against all that may be, and then against what came nearest. All,
+    best first. Laws that follow the motion are not: what is hardly told from
     them is refitted where they are told (`cvxupdate.diagnose.search.alike`), and each fit takes a
     simulation."""
     found = list(known)
     if evidence.told_by == MOTION:
         return found
     best = likeliest([h for h in found if len(h.effects) > 1])
+    rivals: dict[Key, list[Score]] = {}
 
     def beside(best: Hypothesis, _: Sequence[Hypothesis]) -> list[Hypothesis] | None:
         def surely(k: int) -> tuple[bool, bool]:
@@ -75,14 +77,24 @@ def exchanged(
 
         out: list[Hypothesis] = []
         for number in sorted(range(len(best.effects)), key=surely):
-            seeds = _instead(evidence, best, number, progress)
+            effect = best.effects[number]
+            own = rivals.get(effect.key) if of_a_rig(effect) else None
+            seeds = _instead(evidence, best, number, progress, own)
             if seeds is None:
                 evidence.leave(EXCHANGED)
                 return out or None
-            out += raced(evidence, entered(evidence, seeds, progress), LEGS, progress)
+            reached = raced(evidence, entered(evidence, seeds, progress), LEGS, progress)
+            rivals.setdefault(effect.key, [_as_reached(h) for h in reached])
+            out += reached
         return out
 
     return found if best is None else walked(found, best, beside)
+
+
+def _as_reached(h: Hypothesis) -> Score:
+    """The last effect of a fitted set, at its size."""
+    effect = h.effects[-1]
+    return Score(effect, 1.0, h.sizes(-1) if effect.columns else h.fit.p[-1:], exact=True)
 
 
 def walked(
@@ -113,12 +125,19 @@ def likeliest(sets: Sequence[Hypothesis]) -> Hypothesis | None:
 
 
 def _instead(
-    evidence: Evidence, best: Hypothesis, number: int, progress: Progress
+    evidence: Evidence,
+    best: Hypothesis,
+    number: int,
+    progress: Progress,
+    known: Sequence[Score] | None,
 ) -> list[Seed] | None:
-    """What may stand in place of an effect; None where time is over before."""
+    """What may stand in place of an effect; of what a rig does, which other effects leave as it is,
+    what came nearest before (``known``). None where time is over before."""
     if evidence.hurried:
         return None
     progress(f"seeking in place of {best.effects[number].name}")
+    if known is not None:
+        return _again(evidence, best, number, known)
     elsewhere = _seeds(evidence, best, number)
     if evidence.hurried:
         return None
@@ -127,6 +146,18 @@ def _instead(
     whole = at_level(evidence, best, SEVERAL_LEVEL)
     beside = placeable(evidence.candidates(whole.fit.setting.model), whole)
     return [*elsewhere, *in_other_words(evidence, whole, beside, number, progress)]
+
+
+def _again(evidence: Evidence, best: Hypothesis, number: int, known: Sequence[Score]) -> list[Seed]:
+    """What stood in place of an effect beside others, as large as it was there."""
+    rest = without(evidence, best, number)
+    if rest is None:
+        return []
+    smooth = at_level(evidence, rest, SEVERAL_LEVEL)
+    found = placeable(evidence.candidates(smooth.fit.setting.model), smooth)
+    there = {e.key: e for e in found}
+    scores = [replace(s, effect=there[s.effect.key]) for s in known if s.effect.key in there]
+    return seeds_from(evidence, smooth, scores, SEVERAL_LEVEL)
 
 
 def _seeds(evidence: Evidence, best: Hypothesis, number: int) -> list[Seed] | None:

@@ -49,9 +49,9 @@ class Seen(Protocol):
     def met(self) -> bool:
         """Whether what nothing was fitted to is, besides, as it would be with nothing missing."""
 
-    @property
-    def damper(self) -> object | None:
-        """What takes out energy at a place, where nothing else is missing by it."""
+    def damps(self, singles: Sequence[Hypothesis]) -> bool:
+        """Whether it tells of what takes out energy at a place, nothing else being missing, and one
+        of the ``singles`` on these recordings is that and halves what they leave."""
 
     @property
     def settled(self) -> bool:
@@ -68,10 +68,12 @@ class Seen(Protocol):
 
 class _Nothing:
     sure = calm = settled = met = False
-    damper = None
     likely: Sequence[Hypothesis] = ()
 
     def tells(self, h: Hypothesis) -> bool:
+        return False
+
+    def damps(self, singles: Sequence[Hypothesis]) -> bool:
         return False
 
 
@@ -114,7 +116,7 @@ def grown_from(
     there, near = list[Hypothesis](), False
     if not any(within_chance(h) for h in first):
         open_ = bool(coarse) and coarse[0].fit.misfit > EXPLAINED
-        if (left and (seen.calm or seen.damper is not None)) or (open_ and seen.met):
+        if (left and (seen.calm or seen.damps(coarse))) or (open_ and seen.met):
             return Grown(list(alone), ended=True)
         there = on_these(evidence, seen, progress) if left else []
         if there and seen.settled:

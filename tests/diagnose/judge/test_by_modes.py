@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from cvxupdate.diagnose.hypothesis import Hypothesis
 from cvxupdate.diagnose.judge import by_modes as module
 from cvxupdate.diagnose.judge.by_modes import ByModes
 from cvxupdate.diagnose.judge.graded import Graded
@@ -323,8 +324,15 @@ def test_a_damper_by_shapes_and_ratios_is_claimed_where_the_responses_confirm_it
     monkeypatch.setattr(module, "pattern_of", lambda further: damped)
     look = calm()
     assert look.damper is TOLD.findings[0] and not look.calm
-    coarse = [supposed(replace(OPEN, misfit=80.0), B)]
-    assert grown.grown_from(EVIDENCE, coarse, [], look, print).ended  # type: ignore[arg-type]
+    monkeypatch.setattr(grown, "further", lambda evidence, sets, progress: [])
+
+    def ended(*singles: Hypothesis) -> bool:
+        coarse = [supposed(replace(OPEN, misfit=80.0), B), *singles]
+        return grown.grown_from(EVIDENCE, coarse, [], look, print).ended  # type: ignore[arg-type]
+
+    confirmed = supposed(OPEN, A, size=0.5)
+    assert look.damps([confirmed]) and ended(confirmed)
+    assert not ended(), "beside sensors that weigh it shows with these alone: 4226"
     found = look.instead(LEFT_OPEN)
     (finding,) = found.findings
     assert finding.parameters == {"factor": 1.4}, "halfway between both"

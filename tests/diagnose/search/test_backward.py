@@ -105,3 +105,20 @@ def test_two_that_go_together_are_found_where_each_is_worth_its_unknowns() -> No
     assert (1,) in places(tried)
     against = Fitted(ends={**ends, (1, 2): 0.95})
     assert (1,) not in places(backward(against, whole, print)[1])  # type: ignore[arg-type]
+
+
+def test_the_same_in_fewer_unknowns_is_sought_where_no_fewer_effects_are_likelier(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """It takes as long as all the rest of a step, and of twelve effects seven go."""
+    asked = []
+
+    def plainer(evidence: object, whole: Hypothesis) -> list[Seed]:
+        asked.append(places([whole])[0])
+        return []
+
+    monkeypatch.setattr(module, "plainer", plainer)
+    whole = supposed(figures(0.5, 3), A, B, C, std=LOOSE)
+    ends = {(1, 2): 0.45, (1, 3): 40.0, (2, 3): 40.0, (1,): 90.0, (2,): 90.0}
+    backward(Fitted(ends=ends), whole, print)  # type: ignore[arg-type]
+    assert asked == [(1, 2)]

@@ -9,6 +9,7 @@ import pytest
 
 from cvxupdate.diagnose.gather import gathered
 from cvxupdate.diagnose.hypothesis import Hypothesis, together
+from cvxupdate.diagnose.search import classes
 from cvxupdate.diagnose.search.backward import merit
 from cvxupdate.diagnose.search.classes import (
     alike_everywhere,
@@ -28,7 +29,7 @@ from cvxupdate.fe.modes import model_modes
 from cvxupdate.spec import load_problem
 from cvxupdate.study import open_problem
 from tests.cases.elements import STEEL, chain, lines, toml
-from tests.cases.plain_evidence import effect, rig
+from tests.cases.plain_evidence import PlainEvidence, PlainFit, effect, rig, supposed
 
 KZ, KR = 4.0e5, 900.0  # N/m, N·m/rad: of a bridge of 4.6 kg on three legs' ends
 AT = [(0.3 * i, 0.0, 0.0) for i in range(9)]
@@ -201,3 +202,11 @@ def test_the_widest_of_each_effect_and_direction() -> None:
     assert widest([two, all_feet, turned, undirected, lump]) == [all_feet, turned]
     assert of_classes([two, turned, lump]) == [two]
     assert of_classes([turned, lump]) == [turned]
+
+
+def test_the_shear_that_theory_wants_stands_beside_all_of_a_rig(monkeypatch) -> None:
+    """A fit of the modes without it has joints or feet that are too soft."""
+    begun = supposed(PlainFit(5.0), effect("shear_deformation", elements=(1,)))
+    monkeypatch.setattr(classes, "by_theory", lambda evidence, parent: begun)
+    monkeypatch.setattr(classes, "at_once_beside", lambda evidence, parent: [parent])
+    assert at_once(PlainEvidence(stocky=True), quiet, again=False) == [begun]

@@ -19,6 +19,7 @@ from cvxupdate.diagnose.search.exchange import (
 )
 from cvxupdate.diagnose.search.race import entered, raced
 from cvxupdate.diagnose.search.several import Pool
+from cvxupdate.diagnose.types import Score
 from cvxupdate.physics import candidates_of
 from tests.cases.plain_evidence import PlainEvidence, PlainFit, effect, rig, supposed
 
@@ -119,7 +120,7 @@ def test_what_is_sought_is_exchanged_first_and_stays_where_time_ends_it(monkeypa
     other = supposed(PlainFit(0.45), rig(nodes=(1,)), effect(nodes=(3,)))
     asked = []
 
-    def instead(evidence, best, number, progress):
+    def instead(evidence, best, number, progress, known):
         asked.append(best.effects[number].physics)
         return [other.onward] if len(asked) == 1 else None
 
@@ -130,6 +131,51 @@ def test_what_is_sought_is_exchanged_first_and_stays_where_time_ends_it(monkeypa
     found = exchanged(evidence, [whole], quiet)
     assert asked[:2] == ["stiffness_change", "sensor_mass"]
     assert found == [other, whole] and exchange.EXCHANGED in evidence.undone
+
+
+def test_what_a_rig_does_meets_its_nearest_rivals_again(monkeypatch):
+    """Another lump was likelier, and all that may stand in place of feet and joints was sought once
+    more beside it, which took as long as before (the laboratory's 4232)."""
+    feet, other = rig(nodes=(1,)), rig("joint_flexibility", nodes=(1,))
+    lumps = [effect(nodes=(k,)) for k in (2, 3)]
+    sets = [supposed(PlainFit(0.5 - 0.1 * k), feet, e) for k, e in enumerate(lumps)]
+    asked = []
+
+    def instead(evidence, best, number, progress, known):
+        asked.append(
+            (best.effects[number].key, None if known is None else [s.effect for s in known])
+        )
+        if best.effects[number] is not lumps[0]:
+            return [supposed(PlainFit(0.9), best.effects[1 - number], other).onward]
+        return [sets[1].onward]
+
+    def entered(evidence, seeds, progress):
+        (seed,) = seeds
+        near = [h for h in sets if h.effects == seed.effects]
+        return near or [supposed(PlainFit(0.9), *seed.effects)]
+
+    monkeypatch.setattr(exchange, "_instead", instead)
+    monkeypatch.setattr(exchange, "entered", entered)
+    monkeypatch.setattr(exchange, "raced", lambda evidence, found, legs, progress: list(found))
+    monkeypatch.setattr(exchange, "_as_reached", lambda h: Score(h.effects[-1], 1.0, np.ones(1)))
+    exchanged(PlainEvidence(), sets[:1], quiet)
+    assert asked == [
+        (lumps[0].key, None),
+        (feet.key, None),
+        (lumps[1].key, None),
+        (feet.key, [other]),
+    ]
+
+
+def test_what_stood_for_an_effect_begins_as_large_as_it_was(evidence):
+    h = fitted(evidence, *TRUE)
+    known = evidence.candidates(evidence.model, ("added_mass",))
+    (there,) = (e for e in known if e.place.nodes == (3,))
+    scores = [Score(there, 1.0, np.array([0.7])), Score(h.effects[1], 1.0, np.array([0.1]))]
+    (seed,) = exchange._again(evidence, h, 0, scores)
+    assert [e.place for e in seed.effects] == [h.effects[1].place, there.place]
+    n = len(evidence.model.parameters)
+    assert seed.start[n : n + 2].tolist() == pytest.approx([h.sizes(1)[0], 0.7])
 
 
 def test_an_oscillator_elsewhere_is_tuned_as_it_was_fitted(evidence):

@@ -13,6 +13,7 @@ from cvxupdate.diagnose.budget import Budget
 from cvxupdate.diagnose.hypothesis import Hypothesis, at_nominal, seed_from
 from cvxupdate.diagnose.nominal.mesh import shearing
 from cvxupdate.diagnose.responses import guide
+from cvxupdate.diagnose.responses.guide import _classes
 from cvxupdate.diagnose.search import nearest as reference
 from cvxupdate.diagnose.search.guided import _Growth, guided
 from cvxupdate.diagnose.search.reached import Reached, abreast
@@ -20,6 +21,7 @@ from cvxupdate.diagnose.search.several import busy
 from cvxupdate.diagnose.settings import BEAM, NEAREST
 from cvxupdate.diagnose.types import Score
 from cvxupdate.recordings.types import Channel, FrequencyResponse, Origin
+from tests.cases.plain_evidence import rig
 from tests.diagnose.nominal.test_refinement import STOCKY, load
 
 
@@ -55,6 +57,15 @@ def test_all_that_a_rig_does_is_placed_at_once_and_does_nothing_yet(evidence):
     left = evidence.approach.left
     assert left(rigged) == pytest.approx(left(bare), rel=1e-3)
     assert evidence.approach.rigged(rigged) is None
+
+
+def test_beside_a_class_that_is_known_its_members_are_none_of_a_rig():
+    """All four feet of a plate on springs, and each of them once more (the laboratory's 4258): the
+    class went first, and three feet with a thinner corner were told."""
+    feet, one = rig("grounding_spring", nodes=(1, 2)), rig("grounding_spring", nodes=(1,))
+    other = rig("grounding_spring", nodes=(3,))
+    assert _classes([one, other], [feet]) == [other]
+    assert _classes([one, other, feet], []) == [other, feet]
 
 
 def test_what_a_rig_does_alone_is_worked_out_once(evidence, monkeypatch):
