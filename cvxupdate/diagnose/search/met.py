@@ -21,6 +21,7 @@ from cvxupdate.diagnose.search.race import merged, tenable
 from cvxupdate.diagnose.settings import EXPLAINED, OPEN, SEVERAL_LEVEL, STAYING
 from cvxupdate.diagnose.types import Evidence, Key, Progress, Seed
 from cvxupdate.errors import CvxupdateError
+from cvxupdate.physics.effect import MODES
 
 OTHERS = "what else is likely by the modes in the responses"
 
@@ -40,7 +41,9 @@ def met(evidence: Evidence, progress: Progress) -> list[Hypothesis]:
     """The same where something is to be claimed. Where that explains the modes, of each effect
     beside a rig, and of none, the likeliest, until one explains the responses, and the best of
     them, if these follow it, with one effect more. What explains is freed of each effect that it
-    does not need. Best first."""
+    does not need. Of a table of modes what these tell. Best first."""
+    if evidence.told_by == MODES:
+        return _freed(evidence, _told(evidence, progress), progress)
     modes = evidence.by_modes(FEW)
     told = [] if modes is None else _each(_told(modes, progress))
     sure = bool(told) and modes is not None and modes.clear(told[0].fit)
