@@ -18,7 +18,7 @@ from cvxupdate.diagnose.search.backward import backward, freed, merit
 from cvxupdate.diagnose.search.beside import beside
 from cvxupdate.diagnose.search.race import entered, merged, raced, refitted
 from cvxupdate.diagnose.search.several import room
-from cvxupdate.diagnose.settings import EXPLAINED, HOPELESS, PARTNERS
+from cvxupdate.diagnose.settings import EXPLAINED, HOPELESS, PARTNERS, STAYING
 from cvxupdate.diagnose.theory import by_theory
 from cvxupdate.diagnose.types import Evidence, Progress
 from cvxupdate.physics.effect import MODES, Effect
@@ -71,10 +71,10 @@ def sharp_beside(
 
 
 def _lightest(evidence: Evidence, sets: Sequence[Hypothesis]) -> list[Hypothesis]:
-    """Sets without what they are likelier without, as far as any could then be the likeliest: what
-    is freed explains no more, and saves no more than all of its unknowns cost."""
+    """The likeliest sets without what they are likelier without, as far as any could then be the
+    likeliest: what is freed explains no more, and saves no more than all of its unknowns cost."""
     out, best = list[Hypothesis](), -np.inf
-    for h in sorted(sets, key=merit, reverse=True):
+    for h in sorted(sets, key=merit, reverse=True)[:STAYING]:
         best = max(best, merit(h))
         if merit(h) + price(h.unknowns, h.fit.independent) > best:
             freer = lightened(evidence, h)
