@@ -11,8 +11,8 @@ from cvxupdate.diagnose.hypothesis import Hypothesis, price
 from cvxupdate.diagnose.judge.acceptance import Case, Weighed
 from cvxupdate.diagnose.judge.alternatives import extent, has, nodes_of
 from cvxupdate.diagnose.judge.between import unheard_of
+from cvxupdate.diagnose.nominal.wanted import expected
 from cvxupdate.diagnose.settings import REGION, STRONG
-from cvxupdate.diagnose.theory import expected
 from cvxupdate.diagnose.types import Key, Real
 from cvxupdate.fe.model import Model
 from cvxupdate.physics.effect import Effect

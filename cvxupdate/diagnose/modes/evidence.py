@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from cvxupdate.diagnose.budget import Budget
 from cvxupdate.diagnose.fit import Fit
-from cvxupdate.diagnose.linear import Linear
 from cvxupdate.diagnose.modes.alike import alike_of
 from cvxupdate.diagnose.modes.dashpots import ZETA
 from cvxupdate.diagnose.modes.figures import modes_shown, with_counterparts
@@ -29,6 +28,7 @@ from cvxupdate.diagnose.modes.scene import scene_of
 from cvxupdate.diagnose.modes.setting import ModesSetting, setting_of
 from cvxupdate.diagnose.modes.tables import Tables, errors_of, metrics_of, rms
 from cvxupdate.diagnose.modes.tuned import tuned
+from cvxupdate.diagnose.nominal.linear import Linear
 from cvxupdate.diagnose.nominal.mesh import MeshError, mesh_line
 from cvxupdate.diagnose.nominal.refinement import Mesh, mesh_lines, mesh_notes
 from cvxupdate.diagnose.nominal.scatter import let_far

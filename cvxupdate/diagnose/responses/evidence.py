@@ -14,7 +14,7 @@ from cvxupdate.correlate.response_error import Stated, stated_errors
 from cvxupdate.diagnose.budget import Budget
 from cvxupdate.diagnose.fit import Fit, fitted_at
 from cvxupdate.diagnose.hypothesis import Hypothesis
-from cvxupdate.diagnose.linear import Linear
+from cvxupdate.diagnose.nominal.linear import Linear
 from cvxupdate.diagnose.nominal.mesh import mesh_line
 from cvxupdate.diagnose.nominal.refinement import Mesh, mesh_lines, mesh_notes
 from cvxupdate.diagnose.nominal.supports import elements_of, on_the_file, regrown

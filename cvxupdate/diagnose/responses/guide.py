@@ -19,6 +19,7 @@ from cvxupdate.diagnose.hypothesis import (
     together,
     without,
 )
+from cvxupdate.diagnose.nominal.wanted import by_theory
 from cvxupdate.diagnose.responses.bounded import Gap, Yielding, approached
 from cvxupdate.diagnose.responses.few import Measure
 from cvxupdate.diagnose.responses.finite_size import few_directions, on_few_lines, whole_member
@@ -28,7 +29,6 @@ from cvxupdate.diagnose.responses.setting import EFFORTS
 from cvxupdate.diagnose.screen.projection import Projection
 from cvxupdate.diagnose.screen.shortlist import best_of, members, not_among
 from cvxupdate.diagnose.settings import SEVERAL_LEVEL, STARTS, WHOLE, WHOLES
-from cvxupdate.diagnose.theory import by_theory
 from cvxupdate.diagnose.types import Evidence, FiniteSize, Key, Score, Seed
 from cvxupdate.forked import every
 from cvxupdate.physics import effect_types

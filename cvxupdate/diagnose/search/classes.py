@@ -14,12 +14,12 @@ from dataclasses import replace
 import numpy as np
 
 from cvxupdate.diagnose.hypothesis import Hypothesis, of_a_rig, price, together
+from cvxupdate.diagnose.nominal.wanted import by_theory
 from cvxupdate.diagnose.search.backward import backward, freed, merit
 from cvxupdate.diagnose.search.beside import beside
 from cvxupdate.diagnose.search.race import entered, merged, raced, refitted
 from cvxupdate.diagnose.search.several import room
 from cvxupdate.diagnose.settings import EXPLAINED, HOPELESS, PARTNERS, STAYING
-from cvxupdate.diagnose.theory import by_theory
 from cvxupdate.diagnose.types import Evidence, Progress
 from cvxupdate.physics.effect import MODES, Effect
 
