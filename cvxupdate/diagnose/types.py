@@ -142,6 +142,10 @@ class Evidence(Protocol):
     def band(self) -> tuple[float, float]:
         """Lowest and highest frequency, Hz."""
 
+    @property
+    def resonances(self) -> int:
+        """How many modes can be seen in responses; 0 where that is not asked."""
+
     def level_change(self) -> LevelChange | None:
         """How the recordings depend on the drive level; None where no two levels compare."""
 

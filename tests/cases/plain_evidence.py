@@ -172,6 +172,7 @@ class PlainEvidence:
     unfinished: bool = False
     odd: str = ""
     stocky: bool = False
+    resonances: int = 0
     drift: str | None = None
     approach: None = None
     next: bool = False

@@ -74,6 +74,15 @@ class Case:
         found = self.evidence.candidates(self.evidence.model)
         return max(1, len({e.place for e in found if not of_a_rig(e)}))
 
+    @cached_property
+    def free(self) -> float:
+        """Figures that tell of effects, counted without these, for what they put in the band tells
+        nothing; of responses by the modes that are seen there, if the model has fewer in the band:
+        a heavy fixture brings its own."""
+        fit = self.base.fit
+        damped = fit.independent - fit.free
+        return fit.free + max(0.0, self.evidence.resonances - damped)
+
     def scale(self, w: Weighed) -> float:
         """What is compared: misfit beyond noise, or the strain on damping ratios."""
         return w.fit.damping_strain if self.damping_only else w.fit.excess
@@ -212,8 +221,9 @@ def _bent(w: Weighed) -> bool:
 
 def saturated(w: Weighed, case: Case) -> bool:
     """Whether several effects have as many unknowns as there are figures to tell them by: another
-    way to write these down. Counted without them, for what they put in the band tells nothing."""
-    return len(w.hypothesis.effects) > 1 and w.unknowns >= case.base.fit.free
+    way to write these down."""
+    many = len(w.hypothesis.effects) > 1 and w.unknowns >= case.base.fit.free
+    return many and w.unknowns >= case.free
 
 
 def needs_several(several: Weighed, single: Weighed | None, case: Case) -> bool:

@@ -76,7 +76,7 @@ class MotionEvidence(OfLinear, Timed):
     scores: LawScores = field(default_factory=LawScores)
     budget: Budget = field(default_factory=Budget)
 
-    told_by, approach, stocky = MOTION, None, False
+    told_by, approach, stocky, resonances = MOTION, None, False, 0
 
     @property
     def names(self) -> tuple[str, ...]:

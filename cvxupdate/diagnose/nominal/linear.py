@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
+
+import numpy as np
 
 from cvxupdate.diagnose.budget import Timed
 from cvxupdate.diagnose.fit import Fit
 from cvxupdate.diagnose.nominal.refinement import Mesh
 from cvxupdate.diagnose.types import Errors
 from cvxupdate.physics.effect import Effect
+
+SAME_MODE = 0.01  # of a frequency: what drives and sensors that weigh make of one mode
 
 
 class Linear(Timed):
@@ -21,6 +26,15 @@ class Linear(Timed):
     def stocky(self) -> bool:
         """Of the mesh that is diagnosed."""
         return self.fine.stocky
+
+    @cached_property
+    def resonances(self) -> int:
+        """Of the modes that are identified in responses."""
+        seen = self.by_modes(1)
+        if seen is None:
+            return 0
+        f = np.sort(np.concatenate([t.frequency for t in seen.tables.fit]))
+        return 1 + int(np.sum(f[1:] > (1.0 + SAME_MODE) * f[:-1]))
 
     def departs(self, fit: Fit) -> str:
         """None: there is but one kind."""

@@ -15,6 +15,7 @@ from cvxupdate.diagnose.judge.acceptance import (
     information,
     needs_several,
     refuted,
+    saturated,
     shown,
 )
 from cvxupdate.diagnose.settings import DAMPING_COST, DAMPING_GAIN, HALVED, LOWER, MET, OPEN, STRONG
@@ -290,3 +291,13 @@ def test_a_law_within_the_discrepancy_must_foretell_what_changes_between_levels(
     assert accepted(Errors(0.004, NAN)), "nothing at another level was held out"
     assert not accepted(Errors(NAN, NAN)), "one level: by what was held out, as ever"
     assert not accepted(Errors(0.004, 0.003), "responses")
+
+
+@pytest.mark.parametrize(("seen", "full"), [(0, True), (4, False)])
+def test_modes_that_are_seen_count_where_the_model_has_fewer(seen: int, full: bool) -> None:
+    """The right set of five of a frame on a heavy fixture (the laboratory's 4156) had as many
+    unknowns as figures, of which the model as it was has two in the band."""
+    base = PlainFit(100.0, independent=4.0)
+    case = case_of(PlainEvidence((base,), resonances=seen))
+    assert saturated(weighed(PlainFit(0.5), effect(), effect(nodes=(2,), count=4)), case) == full
+    assert not saturated(weighed(PlainFit(0.5), effect(count=9)), case), "one effect is no list"
