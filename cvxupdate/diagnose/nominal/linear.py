@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -11,7 +12,7 @@ from cvxupdate.diagnose.budget import Timed
 from cvxupdate.diagnose.fit import Fit
 from cvxupdate.diagnose.nominal.refinement import Mesh
 from cvxupdate.diagnose.types import Errors
-from cvxupdate.physics.effect import Effect
+from cvxupdate.physics.effect import MODES, Effect
 
 SAME_MODE = 0.01  # of a frequency: what drives and sensors that weigh make of one mode
 
@@ -20,6 +21,7 @@ class Linear(Timed):
     """What it has no need to say."""
 
     fine: Mesh
+    told_by: str
     drift, foretold = None, False
 
     @property
@@ -29,8 +31,8 @@ class Linear(Timed):
 
     @cached_property
     def resonances(self) -> int:
-        """Of the modes that are identified in responses."""
-        seen = self.by_modes(1)
+        """Of tables, or of the modes that are identified in responses."""
+        seen: Any = self if self.told_by == MODES else self.by_modes(1)
         if seen is None:
             return 0
         f = np.sort(np.concatenate([t.frequency for t in seen.tables.fit]))
