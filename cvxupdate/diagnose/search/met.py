@@ -41,10 +41,11 @@ def met(evidence: Evidence, progress: Progress) -> list[Hypothesis]:
     """The same where something is to be claimed. Where that explains the modes, of each effect
     beside a rig, and of none, the likeliest, until one explains the responses, and the best of
     them, if these follow it, with one effect more. What explains is freed of each effect that it
-    does not need. Of a table what its modes tell, if they are enough for a claim. Best first."""
+    does not need. Of a table what its modes tell, if they are enough for a claim; nothing beside a
+    reference, which has met the rig. Best first."""
     if evidence.told_by == MODES:
-        told = _told(evidence, progress) if evidence.resonances >= FEWEST else []
-        return _freed(evidence, told, progress)
+        enough = evidence.file is None and evidence.resonances >= FEWEST
+        return _freed(evidence, _told(evidence, progress) if enough else [], progress)
     modes = evidence.by_modes(FEW)
     told = [] if modes is None else _each(_told(modes, progress))
     sure = bool(told) and modes is not None and modes.clear(told[0].fit)

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from cvxupdate.diagnose.search import met
 from cvxupdate.diagnose.types import Errors
-from tests.cases.plain_evidence import PlainEvidence, PlainFit, effect, rig, supposed
+from tests.cases.plain_evidence import CHAIN, PlainEvidence, PlainFit, effect, rig, supposed
 
 RIG, BED = rig("sensor_mass", nodes=(1,)), rig("joint_flexibility", nodes=(2,))
 SOUGHT = effect(nodes=(1,))
@@ -111,3 +113,5 @@ def test_a_table_meets_a_rig_where_its_modes_are_enough_for_a_claim(
     table = PlainEvidence((PlainFit(100.0),), told_by="modes", resonances=seen)
     found = met.met(table, print)  # type: ignore[arg-type]
     assert [h.keys for h in found] == [freer.keys, whole.keys][: 2 * told]
+    beside = replace(table, file=CHAIN)
+    assert met.met(beside, print) == [], "its reference has"  # type: ignore[arg-type]
