@@ -9,14 +9,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cvxupdate.diagnose.modes.foreign import without
+from cvxupdate.diagnose.nominal.linear import SAME, different
 from cvxupdate.diagnose.types import Progress, Real
 from cvxupdate.errors import RecordingError
 from cvxupdate.recordings.types import Channel, FrequencyResponse, ModeTable, TimeHistory
 
 FEWEST = 5  # modes: fewer tell little of what is missing
 FEW = 4  # fewer do not tell where to begin
-# Of a frequency: what drives and sensors that weigh make of one mode between recordings.
-SAME = 0.01
 # The lowest modes that are looked at: ten with their shapes tell kinds and places apart; waves of
 # higher ones are so short that where in an element a lump stands counts, which no candidate says.
 LOWEST = 10
@@ -57,7 +56,7 @@ def identified(
             constants = np.real(found.constants[: len(table.frequency)])
             tables.append(Identified(table, found.references, constants))
     kept = tables if each else _of_each_set(tables)
-    return kept if each or _different(kept) >= fewest else []
+    return kept if each or different(f for k in kept for f in k.table.frequency) >= fewest else []
 
 
 def _of_each_set(tables: Sequence[Identified]) -> list[Identified]:
@@ -72,15 +71,6 @@ def _of_each_set(tables: Sequence[Identified]) -> list[Identified]:
         if len(again) < len(found.table.frequency):
             kept.append(without_rows(found, again))
     return kept
-
-
-def _different(tables: Sequence[Identified]) -> int:
-    """How many modes they have between them."""
-    seen: list[float] = []
-    for f in sorted(f for own in tables for f in own.table.frequency):
-        if not _near(f, seen[-1:]):
-            seen.append(float(f))
-    return len(seen)
 
 
 def _near(f: float, known: Sequence[float]) -> bool:

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import cached_property
 from typing import Any
-
-import numpy as np
 
 from cvxupdate.diagnose.budget import Timed
 from cvxupdate.diagnose.fit import Fit
@@ -14,7 +12,17 @@ from cvxupdate.diagnose.nominal.refinement import Mesh
 from cvxupdate.diagnose.types import Errors
 from cvxupdate.physics.effect import MODES, Effect
 
-SAME_MODE = 0.01  # of a frequency: what drives and sensors that weigh make of one mode
+# Of a frequency: what drives and sensors that weigh make of one mode between recordings.
+SAME = 0.01
+
+
+def different(frequencies: Iterable[float]) -> int:
+    """How many modes there are among natural frequencies (Hz) of several recordings."""
+    seen: list[float] = []
+    for f in sorted(frequencies):
+        if not seen or f > (1.0 + SAME) * seen[-1]:
+            seen.append(f)
+    return len(seen)
 
 
 class Linear(Timed):
@@ -33,10 +41,7 @@ class Linear(Timed):
     def resonances(self) -> int:
         """Of tables, or of the modes that are identified in responses."""
         seen: Any = self if self.told_by == MODES else self.by_modes(1)
-        if seen is None:
-            return 0
-        f = np.sort(np.concatenate([t.frequency for t in seen.tables.fit]))
-        return 1 + int(np.sum(f[1:] > (1.0 + SAME_MODE) * f[:-1]))
+        return 0 if seen is None else different(f for t in seen.tables.fit for f in t.frequency)
 
     def departs(self, fit: Fit) -> str:
         """None: there is but one kind."""
