@@ -144,7 +144,7 @@ class Evidence(Protocol):
 
     @property
     def resonances(self) -> int:
-        """How many modes are seen in the recordings; 0 where that is not asked."""
+        """How many modes are seen in responses; 0 where that is not asked."""
 
     def level_change(self) -> LevelChange | None:
         """How the recordings depend on the drive level; None where no two levels compare."""

@@ -26,7 +26,7 @@ from cvxupdate.diagnose.settings import (
     UNEXPLAINED,
 )
 from cvxupdate.diagnose.types import Errors, Evidence
-from cvxupdate.physics.effect import MODES, MOTION, RESPONSES
+from cvxupdate.physics.effect import MODES, MOTION
 
 
 @dataclass(frozen=True)
@@ -79,10 +79,9 @@ class Case:
         """Figures that tell of effects, counted without these, for what they put in the band tells
         nothing; of responses by the modes that are seen there, if the model has fewer in the band:
         a heavy fixture brings its own."""
-        fit, evidence = self.base.fit, self.evidence
+        fit = self.base.fit
         damped = fit.independent - fit.free
-        seen = evidence.resonances if evidence.told_by == RESPONSES else 0
-        return fit.free + max(0.0, seen - damped)
+        return fit.free + max(0.0, self.evidence.resonances - damped)
 
     def scale(self, w: Weighed) -> float:
         """What is compared: misfit beyond noise, or the strain on damping ratios."""

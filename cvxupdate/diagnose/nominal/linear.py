@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from functools import cached_property
-from typing import Any
 
 from cvxupdate.diagnose.budget import Timed
 from cvxupdate.diagnose.fit import Fit
 from cvxupdate.diagnose.nominal.refinement import Mesh
 from cvxupdate.diagnose.types import Errors
-from cvxupdate.physics.effect import MODES, Effect
+from cvxupdate.physics.effect import Effect
 
 # Of a frequency: what drives and sensors that weigh make of one mode between recordings.
 SAME = 0.01
@@ -29,7 +28,6 @@ class Linear(Timed):
     """What it has no need to say."""
 
     fine: Mesh
-    told_by: str
     drift, foretold = None, False
 
     @property
@@ -39,8 +37,8 @@ class Linear(Timed):
 
     @cached_property
     def resonances(self) -> int:
-        """Of tables, or of the modes that are identified in responses."""
-        seen: Any = self if self.told_by == MODES else self.by_modes(1)
+        """Of the modes that are identified in responses."""
+        seen = self.by_modes(1)
         return 0 if seen is None else different(f for t in seen.tables.fit for f in t.frequency)
 
     def departs(self, fit: Fit) -> str:

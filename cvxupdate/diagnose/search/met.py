@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from cvxupdate.diagnose.hypothesis import Hypothesis, of_a_rig
-from cvxupdate.diagnose.modes.identified import FEW, FEWEST
+from cvxupdate.diagnose.modes.identified import FEW
 from cvxupdate.diagnose.search.backward import backward, merit
 from cvxupdate.diagnose.search.carried import carried
 from cvxupdate.diagnose.search.classes import on_a_rig, sharpened
@@ -21,7 +21,6 @@ from cvxupdate.diagnose.search.race import merged, tenable
 from cvxupdate.diagnose.settings import EXPLAINED, OPEN, SEVERAL_LEVEL, STAYING
 from cvxupdate.diagnose.types import Evidence, Key, Progress, Seed
 from cvxupdate.errors import CvxupdateError
-from cvxupdate.physics.effect import MODES
 
 OTHERS = "what else is likely by the modes in the responses"
 
@@ -41,11 +40,7 @@ def met(evidence: Evidence, progress: Progress) -> list[Hypothesis]:
     """The same where something is to be claimed. Where that explains the modes, of each effect
     beside a rig, and of none, the likeliest, until one explains the responses, and the best of
     them, if these follow it, with one effect more. What explains is freed of each effect that it
-    does not need. Of a table what its modes tell, if they are enough for a claim; nothing beside a
-    reference, which has met the rig. Best first."""
-    if evidence.told_by == MODES:
-        enough = evidence.file is None and evidence.resonances >= FEWEST
-        return _freed(evidence, _told(evidence, progress) if enough else [], progress)
+    does not need. Best first."""
     modes = evidence.by_modes(FEW)
     told = [] if modes is None else _each(_told(modes, progress))
     sure = bool(told) and modes is not None and modes.clear(told[0].fit)

@@ -16,10 +16,10 @@ import numpy as np
 
 from cvxupdate.diagnose.hypothesis import Hypothesis, only_a_rig
 from cvxupdate.diagnose.search.approach import Approach
-from cvxupdate.diagnose.search.backward import backward
-from cvxupdate.diagnose.search.classes import at_once, sharpened
+from cvxupdate.diagnose.search.backward import backward, merit
+from cvxupdate.diagnose.search.classes import at_once, at_once_beside, sharpened
 from cvxupdate.diagnose.search.race import merged, tenable
-from cvxupdate.diagnose.settings import MOUNTS, SEVERAL_LEVEL
+from cvxupdate.diagnose.settings import MOUNTS, PARENTS, SEVERAL_LEVEL
 from cvxupdate.diagnose.types import Evidence, Progress, Seed
 from cvxupdate.errors import CvxupdateError
 from cvxupdate.forked import Ahead, every
@@ -35,20 +35,40 @@ def a_rig_alone(
     does little in it, before anything is sought beside the best of ``singles``: where a rig is all,
     everything else would be sought for nothing, and where time ends the search what imitates it
     would stand alone. Nothing where the best leaves no more than ``enough``. Tables of modes have
-    no approach, but fits of all that a rig does everywhere, where one of them leaves nothing; of
-    motions all of it is fitted everywhere, and laws are sought beside."""
+    no approach, but fits of all that a rig does everywhere, alone and beside the best, where one of
+    them leaves nothing; of motions all of it is fitted everywhere, and laws are sought beside."""
     approach = evidence.approach
     if not singles or singles[0].penalised <= enough:
         return []
     if evidence.told_by == MOTION:
         return [h for h in at_once(evidence, progress, False) if len(h.effects) > 1]
     if approach is None:
-        found = at_once(evidence, progress, False) if evidence.told_by == MODES else []
+        found = _everywhere(evidence, singles, progress) if evidence.told_by == MODES else []
         return [h for h in found if len(h.effects) > 1 and evidence.clear(h.fit)]
     progress("seeking what a rig alone would explain")
     whole = _alone(evidence, approach)
     found = [] if whole is None else sharpened(evidence, whole, progress)
     return [h for h in found[-1:] if len(h.effects) > 1]
+
+
+def _everywhere(
+    evidence: Evidence, singles: Sequence[Hypothesis], progress: Progress
+) -> list[Hypothesis]:
+    """All that a rig does everywhere; where that does not explain, beside each of the best effects
+    from where it is alone, for each part of a rig by itself may bring it no nearer."""
+    found = at_once(evidence, progress, False)
+    if any(evidence.clear(h.fit) for h in found):
+        return found
+    for h in singles[:PARENTS]:
+        if evidence.hurried:
+            evidence.leave(RIGS)
+            break
+        progress(f"fitting all that a rig does everywhere beside {h.name}")
+        found += at_once_beside(evidence, h)
+    best = max(found, key=merit, default=None)
+    if best is not None and evidence.clear(best.fit):
+        found += backward(evidence, best, progress)[1]
+    return merged(found)
 
 
 def beside_a_rig(

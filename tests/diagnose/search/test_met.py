@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import pytest
 
 from cvxupdate.diagnose.search import met
 from cvxupdate.diagnose.types import Errors
-from tests.cases.plain_evidence import CHAIN, PlainEvidence, PlainFit, effect, rig, supposed
+from tests.cases.plain_evidence import PlainEvidence, PlainFit, effect, rig, supposed
 
 RIG, BED = rig("sensor_mass", nodes=(1,)), rig("joint_flexibility", nodes=(2,))
 SOUGHT = effect(nodes=(1,))
@@ -99,19 +97,3 @@ def test_what_the_modes_are_too_few_to_tell_is_sought_in_the_responses(
     monkeypatch.setattr(met, "with_one_more", lambda *args: asked.append(args) or [])
     met.met(far, print)  # type: ignore[arg-type]
     assert carried == [told[0]] and not asked, "the modes are not explained"
-
-
-@pytest.mark.parametrize(("seen", "told"), [(4, 0), (5, 1)])
-def test_a_table_meets_a_rig_where_its_modes_are_enough_for_a_claim(
-    monkeypatch: pytest.MonkeyPatch, seen: int, told: int
-) -> None:
-    """Three modes of three floors were "accelerometers of 1.15 kg" with 0.77, where floors and
-    joints turn (`cristallo-3storey-frame`)."""
-    whole, freer = supposed(PlainFit(0.1), RIG, BED, SOUGHT), supposed(PlainFit(0.1), RIG, SOUGHT)
-    monkeypatch.setattr(met, "_told", lambda modes, progress: [whole])
-    monkeypatch.setattr(met, "backward", lambda evidence, best, progress: ([], [freer]))
-    table = PlainEvidence((PlainFit(100.0),), told_by="modes", resonances=seen)
-    found = met.met(table, print)  # type: ignore[arg-type]
-    assert [h.keys for h in found] == [freer.keys, whole.keys][: 2 * told]
-    beside = replace(table, file=CHAIN)
-    assert met.met(beside, print) == [], "its reference has"  # type: ignore[arg-type]
