@@ -73,11 +73,7 @@ class Guide:
         of its beams, with that. Beside what a rig does it alone brings nothing nearer, and where
         it is wanting other effects imitate it."""
         bare = at_nominal(self.evidence, Hypothesis((), self.evidence.bases[0]), SEVERAL_LEVEL)
-        return self.by_theory(bare) or bare
-
-    def by_theory(self, parent: Hypothesis) -> Hypothesis | None:
-        """A parent with the shear that theory wants of its beams."""
-        return by_theory(self.evidence, parent)
+        return by_theory(self.evidence, bare) or bare
 
     def rigged(self, parent: Hypothesis) -> Hypothesis | None:
         """A parent with all that a rig does, as yet of no size: what hardly a test is without, in

@@ -19,9 +19,6 @@ class Approach(Protocol):
     def begun(self) -> Hypothesis:
         """What sets grow on: the model with nominal nuisance parameters and what theory wants."""
 
-    def by_theory(self, parent: Hypothesis) -> Hypothesis | None:
-        """A parent with what theory wants, as large as it says; None where that is nothing."""
-
     def rigged(self, parent: Hypothesis) -> Hypothesis | None:
         """A parent with all that a rig does, as yet of no size; None where there is no such
         thing."""

@@ -17,6 +17,7 @@ import numpy as np
 
 from cvxupdate.diagnose.budget import Budget
 from cvxupdate.diagnose.hypothesis import Hypothesis, silenced, without
+from cvxupdate.diagnose.nominal.wanted import by_theory
 from cvxupdate.diagnose.search.approach import Approach
 from cvxupdate.diagnose.search.backward import backward
 from cvxupdate.diagnose.search.beside import beside
@@ -159,7 +160,8 @@ class _Growth:
         """As they are, and with what theory wants as large as it says: among effects that are not
         all there yet that ends at nothing, and what it would go with is not seen beside that."""
         found = [r.hypothesis for r in front]
-        return [*found, *(h for h in map(self.approach.by_theory, found) if h is not None)]
+        wanted = (by_theory(self.evidence, h) for h in found)
+        return [*found, *(h for h in wanted if h is not None)]
 
     def _rigged(self, h: Hypothesis) -> list[Seed]:
         try:

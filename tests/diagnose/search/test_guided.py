@@ -12,6 +12,7 @@ from cvxupdate.diagnose import gather
 from cvxupdate.diagnose.budget import Budget
 from cvxupdate.diagnose.hypothesis import Hypothesis, at_nominal, seed_from
 from cvxupdate.diagnose.nominal.mesh import shearing
+from cvxupdate.diagnose.nominal.wanted import by_theory
 from cvxupdate.diagnose.responses import guide
 from cvxupdate.diagnose.responses.guide import _classes
 from cvxupdate.diagnose.search import nearest as reference
@@ -216,9 +217,9 @@ def test_sets_grow_on_the_shear_that_theory_wants(short_bar):
     (shear,), (said,) = begun.effects, begun.figures
     assert shear.physics == "shear_deformation" and shear.place.elements == (1, 2, 3, 4, 5)
     assert said.values["kappa"] == pytest.approx(5.0 / 6.0, rel=0.05)
-    assert approach.by_theory(begun) is None, "it is that large"
+    assert by_theory(short_bar, begun) is None, "it is that large"
     gone = Hypothesis(begun.effects, short_bar.evaluated(begun.fit.setting, 0.0 * begun.fit.p))
-    (again,) = approach.by_theory(gone).figures
+    (again,) = by_theory(short_bar, gone).figures
     assert again.values == pytest.approx(said.values)
     growth = _Growth(short_bar, approach, begun, quiet, None)
     assert growth._sought(begun) == []
@@ -229,4 +230,4 @@ def test_sets_grow_on_the_shear_that_theory_wants(short_bar):
 
 def test_slender_or_sheared_beams_want_none(evidence):
     assert evidence.approach.begun().effects == ()
-    assert evidence.approach.by_theory(evidence.approach.begun()) is None
+    assert by_theory(evidence, evidence.approach.begun()) is None
