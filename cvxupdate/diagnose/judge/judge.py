@@ -33,6 +33,7 @@ from cvxupdate.diagnose.search.search import Found, damping_only
 from cvxupdate.diagnose.settings import EXPLAINED, HOPELESS, STATED, STRONG
 from cvxupdate.diagnose.types import Evidence, Key, Seed
 from cvxupdate.errors import CvxupdateError
+from cvxupdate.physics.effect import MODES
 
 
 @dataclass(frozen=True)
@@ -158,8 +159,7 @@ def _decided(evidence: Evidence, found: Found, base: Hypothesis) -> Judgement:
     final = single
     for count in sorted({len(w.hypothesis.effects) for w in clean}):
         more = _likeliest([w for w in clean if len(w.hypothesis.effects) == count], case)
-        open_ = final is None or not evidence.clear(final.fit)
-        if more is not None and open_ and needs_several(more, final, case):
+        if more is not None and _open(final, more, case) and needs_several(more, final, case):
             final = more
     bare = Judgement(case, singles, several, single)
     bare_of_all = final is None and not case.damping_only  # explained, yet it may be a group's
@@ -179,6 +179,16 @@ def _decided(evidence: Evidence, found: Found, base: Hypothesis) -> Judgement:
     if credible(final, case):
         findings = _findings(case, final, field, standings)
     return Judgement(case, singles, several, single, final, field, findings, standings)
+
+
+def _open(final: Weighed | None, more: Weighed, case: Case) -> bool:
+    """Whether what is accepted leaves something to a larger set: more than noise and tolerance; or
+    a rig does all of it, and tables of modes are strong evidence for the larger one: a rig that was
+    fitted hides in the tolerance of any model what stands beside it."""
+    if final is None or not case.evidence.clear(final.fit):
+        return True
+    strong = log_odds(more, case) > log_odds(final, case) + STRONG / 2.0
+    return case.evidence.told_by == MODES and only_a_rig(final.hypothesis) and strong
 
 
 def _foretelling(every: Sequence[Weighed], final: Weighed, case: Case) -> list[Weighed]:

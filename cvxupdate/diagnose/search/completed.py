@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from contextlib import suppress
 
-from cvxupdate.diagnose.hypothesis import FIXTURE, Hypothesis, further, without
+from cvxupdate.diagnose.hypothesis import FIXTURE, Hypothesis, further, only_a_rig, without
 from cvxupdate.diagnose.modes.fits import followed_at
 from cvxupdate.diagnose.search.backward import merit
 from cvxupdate.diagnose.search.classes import (
@@ -25,10 +25,10 @@ from cvxupdate.diagnose.search.classes import (
 )
 from cvxupdate.diagnose.search.race import merged
 from cvxupdate.diagnose.search.several import room
-from cvxupdate.diagnose.settings import EXPLAINED, HALVED, MOVES
+from cvxupdate.diagnose.settings import EXPLAINED, HALVED, MOVES, STAYING, STRONG
 from cvxupdate.diagnose.types import Evidence, Progress
 from cvxupdate.errors import ModelError
-from cvxupdate.physics.effect import Effect
+from cvxupdate.physics.effect import MODES, Effect
 
 REST = "what else a rig does, beside what brings the model near"
 FAINT = 1e-3  # of the size at which each is as soft as what it holds: fits begin where they are
@@ -51,17 +51,41 @@ def completed(
     return merged(out)
 
 
-def with_one_more(evidence: Evidence, best: Hypothesis, progress: Progress) -> list[Hypothesis]:
-    """What leaves half of what noise and tolerance make with one effect more, whatever it is, freed
-    of what had stood in its place; best first. A lump at the exciter shows only beside the rest of
-    a rig, of which another part may have taken what it does: a whole rig leaves a third."""
-    little = best.fit.misfit <= HALVED * EXPLAINED
-    if little or evidence.hurried or not room(evidence, best):
+def with_one_more(
+    evidence: Evidence,
+    best: Hypothesis,
+    progress: Progress,
+    least: float = HALVED * EXPLAINED,
+) -> list[Hypothesis]:
+    """What leaves more than ``least``, half of what noise and tolerance make, with one effect more,
+    whatever it is, freed of what had stood in its place; best first. A lump at the exciter shows
+    only beside the rest of a rig, of which another part may have taken what it does: a whole rig
+    leaves a third."""
+    if best.fit.misfit <= least or evidence.hurried or not room(evidence, best):
         return []
     progress(f"seeking one effect more beside {best.name}")
     found = sharp_beside(evidence, best, progress)
     ranked = sorted(found, key=merit, reverse=True)[:MOVES]
     return merged(found, *(lightened(evidence, h) for h in ranked))
+
+
+def beyond_a_rig(
+    evidence: Evidence, sets: Sequence[Hypothesis], progress: Progress
+) -> list[Hypothesis]:
+    """Of tables of modes the likeliest sets with one effect more, where a rig does all of them and
+    they leave no more than noise and tolerance: the tolerance is that of any model, and one that a
+    rig was fitted to hides in it what stands beside. Best first."""
+    ranked = sorted(sets, key=merit, reverse=True)
+    if evidence.told_by != MODES or not ranked or not only_a_rig(ranked[0]):
+        return []
+    least = merit(ranked[0]) - STRONG / 2.0
+    rigs = [h for h in ranked if h.effects and only_a_rig(h) and evidence.clear(h.fit)]
+    near = [h for h in rigs if merit(h) >= least][:STAYING]
+    whole = completed(evidence, near[:1], progress)
+    largest = max(whole, key=lambda h: (h.unknowns, merit(h)))
+    parents = merged(near, [largest])
+    more = (with_one_more(evidence, h, progress, 0.0) for h in parents)
+    return merged(whole, *more)
 
 
 def on_fixtures(
