@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cvxupdate.diagnose.hypothesis import Hypothesis, only_a_rig, without
+from cvxupdate.diagnose.hypothesis import Hypothesis, of_a_rig, only_a_rig, without
 from cvxupdate.diagnose.judge.acceptance import (
     Case,
     Weighed,
@@ -183,12 +183,18 @@ def _decided(evidence: Evidence, found: Found, base: Hypothesis) -> Judgement:
 
 def _open(final: Weighed | None, more: Weighed, case: Case) -> bool:
     """Whether what is accepted leaves something to a larger set: more than noise and tolerance; or
-    a rig does all of it, and tables of modes are strong evidence for the larger one: a rig that was
-    fitted hides in the tolerance of any model what stands beside it."""
+    tables of modes are strong evidence for the larger one, in which no more is sought than one
+    thing, or than before: in the tolerance of any model one that was fitted hides what is still
+    missing, as the rest of a rig."""
     if final is None or not case.evidence.clear(final.fit):
         return True
     strong = log_odds(more, case) > log_odds(final, case) + STRONG / 2.0
-    return case.evidence.told_by == MODES and only_a_rig(final.hypothesis) and strong
+    few = _sought(more.hypothesis) <= max(1, _sought(final.hypothesis))
+    return case.evidence.told_by == MODES and strong and few
+
+
+def _sought(h: Hypothesis) -> int:
+    return sum(not of_a_rig(e) for e in h.effects)
 
 
 def _foretelling(every: Sequence[Weighed], final: Weighed, case: Case) -> list[Weighed]:

@@ -69,23 +69,21 @@ def with_one_more(
     return merged(found, *(lightened(evidence, h) for h in ranked))
 
 
-def beyond_a_rig(
+def within_tolerance(
     evidence: Evidence, sets: Sequence[Hypothesis], progress: Progress
 ) -> list[Hypothesis]:
-    """Of tables of modes the likeliest sets with one effect more, where a rig does all of them and
-    they leave no more than noise and tolerance: the tolerance is that of any model, and one that a
-    rig was fitted to hides in it what stands beside. Best first."""
-    ranked = sorted(sets, key=merit, reverse=True)
-    if evidence.told_by != MODES or not ranked or not only_a_rig(ranked[0]):
+    """Of tables of modes where the likeliest set leaves no more than noise and tolerance: that with
+    all else that a rig does, and one effect more beside a rig alone, the likeliest, those that are
+    not told from it, and the whole one. The tolerance is that of any model, and in one that was
+    fitted it hides what is still missing. Best first."""
+    ranked = sorted((h for h in sets if h.effects), key=merit, reverse=True)
+    if evidence.told_by != MODES or not ranked or not evidence.clear(ranked[0].fit):
         return []
-    least = merit(ranked[0]) - STRONG / 2.0
-    rigs = [h for h in ranked if h.effects and only_a_rig(h) and evidence.clear(h.fit)]
-    near = [h for h in rigs if merit(h) >= least][:STAYING]
+    near = [h for h in ranked if merit(h) >= merit(ranked[0]) - STRONG / 2.0][:STAYING]
     whole = completed(evidence, near[:1], progress)
-    largest = max(whole, key=lambda h: (h.unknowns, merit(h)))
-    parents = merged(near, [largest])
-    more = (with_one_more(evidence, h, progress, 0.0) for h in parents)
-    return merged(whole, *more)
+    largest = max(whole, key=lambda h: (h.unknowns, merit(h)), default=ranked[0])
+    rigs = [h for h in merged(near, [largest]) if only_a_rig(h)]
+    return merged(whole, *(with_one_more(evidence, h, progress, 0.0) for h in rigs))
 
 
 def on_fixtures(

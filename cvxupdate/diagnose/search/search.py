@@ -13,7 +13,7 @@ from cvxupdate.diagnose.screen.shortlist import best_of
 from cvxupdate.diagnose.search.alike import elsewhere
 from cvxupdate.diagnose.search.backward import backward
 from cvxupdate.diagnose.search.coarse import coarsely
-from cvxupdate.diagnose.search.completed import beyond_a_rig
+from cvxupdate.diagnose.search.completed import within_tolerance
 from cvxupdate.diagnose.search.driven import settled, shaken
 from cvxupdate.diagnose.search.entries import first_pass, screened
 from cvxupdate.diagnose.search.exchange import crowded, exchanged, likeliest
@@ -169,7 +169,7 @@ def _sharpened(
     several = _stretches(evidence, elsewhere(evidence, several, progress), progress)
     several = merged(several, shaken(evidence, several, progress))
     lighter = [] if smooth.grown.freed else _lighter(evidence, several, smooth.alone, progress)
-    lighter += beyond_a_rig(evidence, merged(singles, several, lighter), progress)
+    lighter += within_tolerance(evidence, merged(singles, several, lighter), progress)
     if not single:
         sets = merged(several, lighter)
         firsts = coarse if reached and crowded(evidence, sets) else []
