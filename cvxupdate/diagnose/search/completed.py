@@ -19,6 +19,7 @@ from cvxupdate.diagnose.search.backward import merit
 from cvxupdate.diagnose.search.classes import (
     lightened,
     likelier_with,
+    on_a_rig,
     places_of,
     sharp_beside,
     widest,
@@ -69,21 +70,24 @@ def with_one_more(
     return merged(found, *(lightened(evidence, h) for h in ranked))
 
 
-def within_tolerance(
-    evidence: Evidence, sets: Sequence[Hypothesis], progress: Progress
+def on_rigs(
+    evidence: Evidence, known: Sequence[Hypothesis], progress: Progress
 ) -> list[Hypothesis]:
-    """Of tables of modes where the likeliest set leaves no more than noise and tolerance: that with
-    all else that a rig does, and one effect more beside a rig alone, the likeliest, those that are
-    not told from it, and the whole one. The tolerance is that of any model, and in one that was
-    fitted it hides what is still missing. Best first."""
-    ranked = sorted((h for h in sets if h.effects), key=merit, reverse=True)
-    if evidence.told_by != MODES or not ranked or not evidence.clear(ranked[0].fit):
+    """Of tables of modes: all that a rig does at once, the same beside the likeliest, and one
+    effect more beside the likeliest that a rig does alone, those that are not told from it, and the
+    whole of it. What is left within the tolerance of any model, in one that was fitted may be what
+    is still missing. Best first."""
+    if evidence.told_by != MODES:
         return []
-    near = [h for h in ranked if merit(h) >= merit(ranked[0]) - STRONG / 2.0][:STAYING]
-    whole = completed(evidence, near[:1], progress)
-    largest = max(whole, key=lambda h: (h.unknowns, merit(h)), default=ranked[0])
-    rigs = [h for h in merged(near, [largest]) if only_a_rig(h)]
-    return merged(whole, *(with_one_more(evidence, h, progress, 0.0) for h in rigs))
+    found = on_a_rig(evidence, progress)
+    ranked = sorted(merged(known, found), key=merit, reverse=True)
+    found = merged(found, completed(evidence, ranked[:1], progress))
+    rigs = sorted(filter(only_a_rig, merged(known, found)), key=merit, reverse=True)
+    rigs = [h for h in rigs if h.effects and evidence.clear(h.fit)]
+    near = [h for h in rigs if merit(h) >= merit(rigs[0]) - STRONG / 2.0][:STAYING]
+    whole = sorted(rigs, key=lambda h: (h.unknowns, merit(h)))[-1:]
+    more = (with_one_more(evidence, h, progress, 0.0) for h in merged(near, whole))
+    return merged(found, *more)
 
 
 def on_fixtures(
