@@ -39,12 +39,12 @@ class Cords(EffectType):
     writers = (("spring", write),)
 
     def candidates(self, context: SearchContext) -> list[Effect]:
-        """In every direction in which nothing holds the structure: pairs and fours of nodes that
-        are mirror images in its middle planes, those farthest from the middle first."""
+        """In every direction in which the file holds the structure nowhere: pairs and fours of
+        nodes that are mirror images in its middle planes, those farthest from the middle first."""
         out = []
         every = set(context.model.node_ids.tolist())
         for kind in TRANSLATIONS:
-            held = {n for n, k in context.supports if k == kind}
+            held = {n for n, k in context.held if k == kind}
             rows = {n: row for row, n, _ in dof_rows(context.model, (kind,))}
             if rows and (not held or held == every):
                 sets = _mirrored(context.model, np.array(list(rows)))

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cvxupdate.diagnose.hypothesis import Hypothesis, of_a_rig, only_a_rig, without
+from cvxupdate.diagnose.hypothesis import Hypothesis, only_a_rig, without
 from cvxupdate.diagnose.judge.acceptance import (
     Case,
     Weighed,
@@ -27,6 +27,7 @@ from cvxupdate.diagnose.judge.jumble import jumbled
 from cvxupdate.diagnose.judge.middle import in_the_middle
 from cvxupdate.diagnose.judge.posterior import log_odds, rivals
 from cvxupdate.diagnose.judge.soundness import said_plainly, sound
+from cvxupdate.diagnose.nominal.wanted import sought
 from cvxupdate.diagnose.results import Finding
 from cvxupdate.diagnose.search.race import refitted
 from cvxupdate.diagnose.search.search import Found, damping_only
@@ -189,12 +190,8 @@ def _open(final: Weighed | None, more: Weighed, case: Case) -> bool:
     if final is None or not case.evidence.clear(final.fit):
         return True
     strong = log_odds(more, case) > log_odds(final, case) + STRONG / 2.0
-    few = _sought(more.hypothesis) <= max(1, _sought(final.hypothesis))
-    return case.evidence.told_by == MODES and strong and few
-
-
-def _sought(h: Hypothesis) -> int:
-    return sum(not of_a_rig(e) for e in h.effects)
+    many, before = (sought(case.evidence, w.hypothesis) for w in (more, final))
+    return case.evidence.told_by == MODES and strong and many <= max(1, before)
 
 
 def _foretelling(every: Sequence[Weighed], final: Weighed, case: Case) -> list[Weighed]:

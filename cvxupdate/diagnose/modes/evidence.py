@@ -141,9 +141,8 @@ class ModesEvidence(Linear):
         def released(node: int, kind: str) -> Model:
             return regrown(self.release(node, kind), model)
 
-        held = tuple((n, k) for n, k in self.supports if f"n{n}.{k}" not in model.place)
         own = elements_of(self.file or self.model)
-        told = (self.tables.top, self.tables.bottom, (), held, released, zeta)
+        told = (self.tables.top, self.tables.bottom, (), self.supports, released, zeta)
         return SearchContext(model, m.K, m.M, *told, self.tables.heavy, own=own, undamped=True)
 
     def candidates(self, model: Model, names: Sequence[str] | None = None) -> list[Effect]:

@@ -28,8 +28,13 @@ def by_theory(evidence: Evidence, parent: Hypothesis) -> Hypothesis | None:
 def expected(evidence: Evidence, h: Hypothesis) -> bool:
     """Whether nothing is supposed but what a rig does, what stands at the drive being the shaker's,
     and what theory wants: neither had to be sought among many places."""
+    return not sought(evidence, h)
+
+
+def sought(evidence: Evidence, h: Hypothesis) -> int:
+    """How many things are supposed that are not `expected`."""
 
     def usual(physics: str) -> bool:
         return evidence.stocky and physics == SHEARS
 
-    return all(of_a_rig(e) or at_drive(e) or usual(e.physics) for e in h.effects)
+    return sum(not (of_a_rig(e) or at_drive(e) or usual(e.physics)) for e in h.effects)

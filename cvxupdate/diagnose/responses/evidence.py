@@ -145,10 +145,11 @@ class ResponseEvidence(Linear):
         def released(node: int, kind: str) -> Model:
             return regrown(self.release(node, kind), model)
 
-        held = tuple((n, k) for n, k in self.supports if f"n{n}.{k}" not in model.place)
         d, own = self.data, elements_of(self.file or self.model)
         rig = (self._zeta, d.accelerometers, d.driven, d.forces, d.later, d.apart, own)
-        return SearchContext(model, m.K, m.M, d.top, d.bottom, d.sensors, held, released, *rig)
+        return SearchContext(
+            model, m.K, m.M, d.top, d.bottom, d.sensors, self.supports, released, *rig
+        )
 
     def candidates(self, model: Model, names: Sequence[str] | None = None) -> list[Effect]:
         """Every effect at every place of a model that the file has."""

@@ -13,8 +13,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from contextlib import suppress
 
-from cvxupdate.diagnose.hypothesis import FIXTURE, Hypothesis, further, only_a_rig, without
+from cvxupdate.diagnose.hypothesis import FIXTURE, Hypothesis, further, without
 from cvxupdate.diagnose.modes.fits import followed_at
+from cvxupdate.diagnose.nominal.wanted import by_theory, expected
 from cvxupdate.diagnose.search.backward import merit
 from cvxupdate.diagnose.search.classes import (
     lightened,
@@ -74,19 +75,21 @@ def on_rigs(
     evidence: Evidence, known: Sequence[Hypothesis], progress: Progress
 ) -> list[Hypothesis]:
     """Of tables of modes: all that a rig does at once, the same beside the likeliest, and one
-    effect more beside the likeliest that a rig does alone, those that are not told from it, and the
-    whole of it. What is left within the tolerance of any model, in one that was fitted may be what
+    effect more beside the likeliest that a rig does alone, those that are not told from it, the
+    whole of it, and what theory wants. What is left within the tolerance of any model, in one that was fitted may be what
     is still missing. Best first."""
     if evidence.told_by != MODES:
         return []
     found = on_a_rig(evidence, progress)
     ranked = sorted(merged(known, found), key=merit, reverse=True)
     found = merged(found, completed(evidence, ranked[:1], progress))
-    rigs = sorted(filter(only_a_rig, merged(known, found)), key=merit, reverse=True)
-    rigs = [h for h in rigs if h.effects and evidence.clear(h.fit)]
+    rigs = sorted(merged(known, found), key=merit, reverse=True)
+    rigs = [h for h in rigs if h.effects and expected(evidence, h) and evidence.clear(h.fit)]
     near = [h for h in rigs if merit(h) >= merit(rigs[0]) - STRONG / 2.0][:STAYING]
     whole = sorted(rigs, key=lambda h: (h.unknowns, merit(h)))[-1:]
-    more = (with_one_more(evidence, h, progress, 0.0) for h in merged(near, whole))
+    theory = by_theory(evidence, Hypothesis((), evidence.bases[-1]))
+    parents = merged(near, whole, [] if theory is None else [theory])
+    more = (with_one_more(evidence, h, progress, 0.0) for h in parents)
     return merged(found, *more)
 
 

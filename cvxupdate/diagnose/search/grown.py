@@ -11,8 +11,10 @@ import numpy as np
 
 from cvxupdate.diagnose.hypothesis import Hypothesis, only_a_rig
 from cvxupdate.diagnose.modes.identified import FEW
+from cvxupdate.diagnose.search.backward import merit
 from cvxupdate.diagnose.search.carried import carried
 from cvxupdate.diagnose.search.coarse import enough_alone, far_off, follows
+from cvxupdate.diagnose.search.completed import on_rigs
 from cvxupdate.diagnose.search.guided import grown_near, guided
 from cvxupdate.diagnose.search.met import met
 from cvxupdate.diagnose.search.race import merged, raced
@@ -27,9 +29,11 @@ from cvxupdate.diagnose.settings import (
     OPEN,
     SEVERAL_LEVEL,
     STAYING,
+    STRONG,
     UNEXPLAINED,
 )
 from cvxupdate.diagnose.types import Evidence, Progress
+from cvxupdate.physics.effect import MODES
 from cvxupdate.recordings.quantiles import chi_square_above
 
 
@@ -106,6 +110,8 @@ def grown_from(
     that is met by the modes, with what stands beside it, comes first: it takes seconds. What grows
     has its turn before another look where something follows the recordings already, or the modes
     are as far off."""
+    if evidence.told_by == MODES:
+        return _of_tables(evidence, coarse, alone, progress)
     left = leaves_much(evidence, coarse, alone)
     far = left and far_off(coarse)
     found = [h for h in met(evidence, progress) if len(h.effects) > 1] if left else []
@@ -129,6 +135,25 @@ def grown_from(
         return Grown(merged(grown, alone))
     grown = merged(grown, further(evidence, grown, progress))
     return Grown(merged(grown, alone), True, ended=confirmed(evidence, grown[0], seen))
+
+
+def _of_tables(
+    evidence: Evidence,
+    coarse: Sequence[Hypothesis],
+    alone: Sequence[Hypothesis],
+    progress: Progress,
+) -> Grown:
+    """Of tables of modes, whose fits are short, whole rigs compete with whatever single effect
+    comes near, for in the tolerance of a model much explains them that has nothing to do with
+    what is missing; with one effect more where they leave more than that."""
+    sets = merged(on_rigs(evidence, (*coarse, *alone), progress), alone)
+    best = max(sets, key=merit, default=None)
+    if best is None:
+        return Grown([])
+    ahead = all(merit(best) > merit(h) + STRONG / 2.0 for h in coarse)
+    if ahead and not evidence.clear(best.fit):
+        sets = merged(sets, further(evidence, [best], progress))
+    return Grown(sets, ahead)
 
 
 def within_chance(h: Hypothesis) -> bool:

@@ -13,7 +13,6 @@ from cvxupdate.diagnose.screen.shortlist import best_of
 from cvxupdate.diagnose.search.alike import elsewhere
 from cvxupdate.diagnose.search.backward import backward
 from cvxupdate.diagnose.search.coarse import coarsely
-from cvxupdate.diagnose.search.completed import on_rigs
 from cvxupdate.diagnose.search.driven import settled, shaken
 from cvxupdate.diagnose.search.entries import first_pass, screened
 from cvxupdate.diagnose.search.exchange import crowded, exchanged, likeliest
@@ -158,16 +157,15 @@ def _sharpened(
     if not reached:
         singles = _stretches(evidence, elsewhere(evidence, singles, progress), progress)
     several, known, single = list[Hypothesis](), None, False
-    rigged = [] if pattern else on_rigs(evidence, singles, progress)
     if not (pattern or _enough(evidence, singles)):
         several = _pairs(evidence, [] if reached else coarse, singles, progress)
         known = likeliest(several)
         singles = merged(singles, simpler(evidence, several[0], progress) if several else [])
         single = _told_alone(evidence, singles, merged(several, grown))
-        known_ways = [several, rigged] if smooth.grown.ahead else [several, grown, rigged]
+        known_ways = [several] if smooth.grown.ahead else [several, grown]  # each has its own end
         ways = [] if single else _open(evidence, known_ways)
-        several = merged(several, grown, *(further(evidence, way, progress) for way in ways))
-    several = merged(several, rigged)
+        several = merged(several, *(further(evidence, way, progress) for way in ways))
+    several = merged(several, grown)
     several = _stretches(evidence, elsewhere(evidence, several, progress), progress)
     several = merged(several, shaken(evidence, several, progress))
     lighter = [] if smooth.grown.freed else _lighter(evidence, several, smooth.alone, progress)
