@@ -9,10 +9,17 @@ from typing import Any, Protocol
 import numpy as np
 
 from cvxupdate.convex import Bounds, SolverChoice, StepProblem, Tikhonov
-from cvxupdate.diagnose.settings import LARGEST_LEVEL, LEAST_LEVEL, NOISE_KNOWN, RESOLVED
+from cvxupdate.diagnose.settings import (
+    CHANCE,
+    LARGEST_LEVEL,
+    LEAST_LEVEL,
+    NOISE_KNOWN,
+    RESOLVED,
+)
 from cvxupdate.fe.elements.base import Real
 from cvxupdate.fe.model import Model
 from cvxupdate.physics.fault import Fault
+from cvxupdate.recordings.quantiles import chi_square_above
 from cvxupdate.update.trust_region import Options, iterate
 
 SMALL = 1e-12  # variance of a row without noise or discrepancy
@@ -122,9 +129,23 @@ class Fit:
         leaves only noise gains by needing no discrepancy, one that leaves much is not ruled out by
         a level that nobody knew. Rows count as so many as are independent."""
         values, weights, _ = self.point.differences
-        squares = np.abs(weights * values) ** 2
+        return self._averaged(np.abs(weights * values) ** 2, self._known_noise)
+
+    @property
+    def spent(self) -> bool:
+        """Whether a fit is as likely, within chance, as one that leaves noise alone: then nothing
+        is left that any effect could explain, however much of a sound model's discrepancy the
+        weights allow for."""
+        noise = self._known_noise
+        chance = 0.5 * self._share * (chi_square_above(1.0 - CHANCE, self.rows) - self.rows)
+        return self.log_likelihood >= self._averaged(noise, noise) - chance
+
+    @property
+    def _known_noise(self) -> Real:
         # where a coherence says more noise than the weights know, it is all there is
-        noise = np.minimum(self.setting.noise_parts(self.point), 1.0)
+        return np.minimum(self.setting.noise_parts(self.point), 1.0)
+
+    def _averaged(self, squares: Real, noise: Real) -> float:
         share = self._share
         levels = np.geomspace(LEAST_LEVEL, LARGEST_LEVEL, GRID)
         variances = (noise + level**2 * (1.0 - noise) + SMALL for level in levels)

@@ -184,14 +184,15 @@ def _decided(evidence: Evidence, found: Found, base: Hypothesis) -> Judgement:
 
 def _open(final: Weighed | None, more: Weighed, case: Case) -> bool:
     """Whether what is accepted leaves something to a larger set: more than noise and tolerance; or
-    tables of modes are strong evidence for the larger one, in which no more is sought than one
-    thing, or than before: in the tolerance of any model one that was fitted hides what is still
-    missing, as the rest of a rig."""
+    tables of modes without a reference are strong evidence for the larger one, in which no more is
+    sought than one thing, or than before: in the tolerance of any model one that was fitted hides
+    what is still missing, as the rest of a rig."""
     if final is None or not case.evidence.clear(final.fit):
         return True
     strong = log_odds(more, case) > log_odds(final, case) + STRONG / 2.0
     many, before = (sought(case.evidence, w.hypothesis) for w in (more, final))
-    return case.evidence.told_by == MODES and strong and many <= max(1, before)
+    alone = case.evidence.told_by == MODES and case.evidence.file is None
+    return alone and strong and many <= max(1, before)
 
 
 def _foretelling(every: Sequence[Weighed], final: Weighed, case: Case) -> list[Weighed]:

@@ -30,7 +30,7 @@ from cvxupdate.diagnose.search.several import room
 from cvxupdate.diagnose.settings import EXPLAINED, HALVED, MOVES, STAYING, STRONG
 from cvxupdate.diagnose.types import Evidence, Progress
 from cvxupdate.errors import ModelError
-from cvxupdate.physics.effect import MODES, Effect
+from cvxupdate.physics.effect import Effect
 
 REST = "what else a rig does, beside what brings the model near"
 FAINT = 1e-3  # of the size at which each is as soft as what it holds: fits begin where they are
@@ -53,17 +53,16 @@ def completed(
     return merged(out)
 
 
-def with_one_more(
-    evidence: Evidence,
-    best: Hypothesis,
-    progress: Progress,
-    least: float = HALVED * EXPLAINED,
-) -> list[Hypothesis]:
-    """What leaves more than ``least``, half of what noise and tolerance make, with one effect more,
-    whatever it is, freed of what had stood in its place; best first. A lump at the exciter shows
-    only beside the rest of a rig, of which another part may have taken what it does: a whole rig
-    leaves a third."""
-    if best.fit.misfit <= least or evidence.hurried or not room(evidence, best):
+def with_one_more(evidence: Evidence, best: Hypothesis, progress: Progress) -> list[Hypothesis]:
+    """What leaves half of what noise and tolerance make with one effect more, whatever it is, freed
+    of what had stood in its place; best first. A lump at the exciter shows only beside the rest of
+    a rig, of which another part may have taken what it does: a whole rig leaves a third."""
+    little = best.fit.misfit <= HALVED * EXPLAINED
+    return [] if little else _with_one_more(evidence, best, progress)
+
+
+def _with_one_more(evidence: Evidence, best: Hypothesis, progress: Progress) -> list[Hypothesis]:
+    if evidence.hurried or not room(evidence, best):
         return []
     progress(f"seeking one effect more beside {best.name}")
     found = sharp_beside(evidence, best, progress)
@@ -74,12 +73,10 @@ def with_one_more(
 def on_rigs(
     evidence: Evidence, known: Sequence[Hypothesis], progress: Progress
 ) -> list[Hypothesis]:
-    """Of tables of modes: all that a rig does at once, the same beside the likeliest, and one
-    effect more beside the likeliest that a rig does alone, those that are not told from it, the
-    whole of it, and what theory wants. What is left within the tolerance of any model, in one that was fitted may be what
-    is still missing. Best first."""
-    if evidence.told_by != MODES:
-        return []
+    """All that a rig does at once, the same beside the likeliest that is ``known``, and one effect
+    more beside the likeliest that a rig does alone, those that are not told from it, the whole of
+    it, and what theory wants, as far as they leave more than noise: what is left within the
+    tolerance of any model may, in one that was fitted, be what is still missing. Best first."""
     found = on_a_rig(evidence, progress)
     ranked = sorted(merged(known, found), key=merit, reverse=True)
     found = merged(found, completed(evidence, ranked[:1], progress))
@@ -89,8 +86,8 @@ def on_rigs(
     whole = sorted(rigs, key=lambda h: (h.unknowns, merit(h)))[-1:]
     theory = by_theory(evidence, Hypothesis((), evidence.bases[-1]))
     parents = merged(near, whole, [] if theory is None else [theory])
-    more = (with_one_more(evidence, h, progress, 0.0) for h in parents)
-    return merged(found, *more)
+    open_ = (h for h in parents if not h.fit.spent)
+    return merged(found, *(_with_one_more(evidence, h, progress) for h in open_))
 
 
 def on_fixtures(

@@ -110,7 +110,7 @@ def grown_from(
     that is met by the modes, with what stands beside it, comes first: it takes seconds. What grows
     has its turn before another look where something follows the recordings already, or the modes
     are as far off."""
-    if evidence.told_by == MODES:
+    if evidence.told_by == MODES and evidence.file is None:
         return _of_tables(evidence, coarse, alone, progress)
     left = leaves_much(evidence, coarse, alone)
     far = left and far_off(coarse)
@@ -143,10 +143,15 @@ def _of_tables(
     alone: Sequence[Hypothesis],
     progress: Progress,
 ) -> Grown:
-    """Of tables of modes, whose fits are short, whole rigs compete with whatever single effect
-    comes near, for in the tolerance of a model much explains them that has nothing to do with
-    what is missing; with one effect more where they leave more than that."""
-    sets = merged(on_rigs(evidence, (*coarse, *alone), progress), alone)
+    """Of tables of modes without a reference, whose fits are short, whole rigs compete with
+    whatever comes near, for in the tolerance of a model much explains them that has nothing to do
+    with what is missing; with one effect more where they leave more than that. Nothing is sought
+    where no more than noise is left."""
+    known = (*coarse, *alone)
+    likeliest = max(known, key=merit, default=None)
+    if likeliest is not None and likeliest.fit.spent:
+        return Grown(list(alone))
+    sets = merged(on_rigs(evidence, known, progress), alone)
     best = max(sets, key=merit, default=None)
     if best is None:
         return Grown([])
