@@ -123,6 +123,7 @@ class PlainFit:
     setting: PlainSetting = PlainSetting()
     between_levels: Errors = UNASKED
     point: Any = None
+    spent: bool = False
 
     @property
     def excess(self) -> float:

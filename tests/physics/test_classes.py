@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -234,6 +235,18 @@ def test_a_plate_hangs_on_two_or_four_cords_and_not_on_any(tmp_path: Path) -> No
 
 def test_what_is_held_hangs_on_no_cords(tmp_path: Path) -> None:
     assert {e.place.dof for e in Cords().candidates(context(tmp_path, frame()))} == set()
+
+
+def test_feet_that_give_way_are_no_cords(tmp_path: Path) -> None:
+    """A frame whose feet were set free hung on "two cords" at its second storey (the laboratory's
+    table 4197), for a stinger's spring there."""
+    whole = context(tmp_path, frame())
+    held = next(h for h in whole.supports if h[1] == "x")
+    freed_ = replace(whole, model=whole.release(*held))
+    assert held in freed_.held and held not in freed_.supports
+    for file, hung in (((held,), False), ((), True)):
+        found = Cords().candidates(replace(freed_, held=file))
+        assert ("x" in {e.place.dof for e in found}) == hung
 
 
 def test_a_beam_ends_at_a_post_that_goes_on(tmp_path: Path) -> None:

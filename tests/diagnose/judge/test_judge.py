@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cvxupdate.diagnose.judge.judge import _a_rig_instead, _parts, judge
+from cvxupdate.diagnose.judge.judge import _a_rig_instead, _open, _parts, judge
 from cvxupdate.diagnose.search.search import Found
 from cvxupdate.diagnose.settings import CLEAR, MOST_SURE, STATED
 from cvxupdate.diagnose.types import Errors
@@ -180,6 +180,29 @@ def test_one_clear_effect_needs_no_second() -> None:
     open_ = replace(clear, beyond_noise=1.01 * CLEAR)
     found = judged(alone(1.0, 40.0), [supposed(open_, a)], [pair])
     assert found.final is not None and found.final.hypothesis is pair
+
+
+@pytest.mark.parametrize(
+    ("told_by", "further", "wins"),
+    [
+        pytest.param("modes", [rig("sensor_mass")], True, id="the rest of a rig"),
+        pytest.param("modes", [A], True, id="one thing beside a rig"),
+        pytest.param("modes", [A, B], False, id="two things are sought"),
+        pytest.param("responses", [A], False, id="of responses little is left by chance"),
+    ],
+)
+def test_in_the_tolerance_of_a_fitted_model_something_may_be_missing(told_by, further, wins):
+    """Springs under a frame's feet explained a table within tolerance (the laboratory's 4389), with
+    accelerometers beside them thirty nats less unlikely."""
+    feet = rig("equal_supports", nodes=(1,))
+    clear = weighed(replace(GOOD, misfit=0.9, beyond_noise=CLEAR), feet)
+    more = weighed(replace(GOOD, misfit=0.1, beyond_noise=0.01), feet, *further)
+    case = case_of(replace(EVIDENCE, told_by=told_by))
+    assert _open(clear, more, case) == wins and _open(None, more, case)
+    weak = weighed(replace(GOOD, misfit=0.8, beyond_noise=0.01), feet, *further)
+    assert not _open(clear, weak, case)
+    unclear = weighed(replace(GOOD, misfit=0.9, beyond_noise=1.01 * CLEAR), feet)
+    assert _open(unclear, weak, case)
 
 
 def test_no_effect_is_had_for_leading_out_of_a_wrong_valley() -> None:

@@ -7,9 +7,16 @@ import pytest
 
 from cvxupdate.diagnose.gather import gathered
 from cvxupdate.diagnose.hypothesis import Hypothesis, further, together
+from cvxupdate.diagnose.nominal.wanted import expected
 from cvxupdate.diagnose.search.backward import merit
 from cvxupdate.diagnose.search.classes import at_once, widest
-from cvxupdate.diagnose.search.completed import completed, on_fixtures, under_all, with_one_more
+from cvxupdate.diagnose.search.completed import (
+    completed,
+    on_fixtures,
+    on_rigs,
+    under_all,
+    with_one_more,
+)
 from cvxupdate.recordings.states import parted
 from cvxupdate.study import diagnose, open_problem
 from tests.diagnose.search.test_classes import problem, quiet
@@ -87,3 +94,14 @@ def test_a_change_is_sized_beside_the_whole_rig(tmp_path, seed, word, nodes, siz
     assert finding.physics == word and list(finding.place.nodes) == nodes
     for name, value in size.items():
         assert finding.parameters[name] == pytest.approx(value, rel=0.25)
+
+
+def test_what_tolerance_hides_is_found_beside_a_rig(tmp_path) -> None:
+    """Springs under the feet of a frame left 1.04 (the laboratory's 4389), no more than a sound
+    model may, and softer columns 0.99."""
+    generate.make(4389, tmp_path)
+    spec, model, recordings = open_problem(tmp_path / "problem.toml")
+    frame = gathered(spec, model, recordings, quiet)
+    best = max((h for h in on_rigs(frame, [], quiet) if expected(frame, h)), key=merit)
+    assert {e.physics for e in best.effects} == {"grounding_spring", "sensor_mass"}
+    assert best.fit.misfit < 0.6 and best.fit.spent

@@ -128,3 +128,30 @@ def test_a_rig_is_met_by_the_modes_first(
     assert found.ahead and not found.ended and found.freed == ends
     assert found.sets == ([whole] if ends else [other, whole])
     assert asked == ([] if ends else ["guided"])
+
+
+@pytest.mark.parametrize(
+    ("left", "spent", "asked", "ahead"),
+    [
+        pytest.param(0.9, False, True, True, id="the tolerance hides what is missing"),
+        pytest.param(0.9, True, False, False, id="noise alone is left"),
+        pytest.param(0.1, False, True, False, id="no rig is likelier"),
+    ],
+)
+def test_whole_rigs_compete_in_tables(
+    monkeypatch: pytest.MonkeyPatch, left: float, spent: bool, asked: bool, ahead: bool
+) -> None:
+    """Softer columns explained a frame whose feet gave way and whose sensors weighed (the
+    laboratory's 4389) within tolerance."""
+    whole, calls = supposed(PlainFit(0.2), A, B), []
+
+    def rigs(evidence: object, known: object, progress: object) -> list[object]:
+        calls.append("rigs")
+        return [whole]
+
+    monkeypatch.setattr(grown, "on_rigs", rigs)
+    evidence = PlainEvidence((PlainFit(100.0),), told_by="modes")
+    single = supposed(PlainFit(left, spent=spent), SOUGHT)
+    found = grown_from(evidence, [single], [], grown.NOTHING, print)  # type: ignore[arg-type]
+    assert bool(calls) == asked and found.ahead == ahead
+    assert found.sets == ([whole] if asked else [])
