@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from cvxupdate.diagnose.gather import gathered
-from cvxupdate.diagnose.hypothesis import Hypothesis, at_nominal, seed_from
+from cvxupdate.diagnose.hypothesis import Hypothesis, at_nominal, seed_from, together
 from cvxupdate.diagnose.modes.evidence import ModesEvidence
 from cvxupdate.diagnose.modes.fits import fitted_from, in_few
 from cvxupdate.diagnose.modes.members import whole_members
@@ -90,3 +90,20 @@ def test_a_small_model_has_no_space(tmp_path: Path) -> None:
     spec, model = load(tmp_path, text(100, "rows = [{ frequency = 10.0 }]"))
     found = gathered(spec, model, load_recordings(spec), lambda said: None)
     assert isinstance(found, ModesEvidence) and found._space is None
+
+
+def test_what_leaves_noise_alone_is_spent(tmp_path: Path) -> None:
+    """However much of a model's discrepancy is forgiven: a lump that is 6 % too heavy may be a
+    sound model, but leaves what noise does not."""
+    evidence = evidence_of(tmp_path, LUMP)
+    base = evidence.bases[0]
+    (lump,) = (
+        e for e in evidence.candidates(evidence.model, ["added_mass"]) if e.place.nodes == (121,)
+    )
+    begun = together(evidence, Hypothesis((), base), [lump], 1.0)
+    found = Hypothesis(begun.effects, fitted_from(begun.fit.setting, begun.fit.p))
+    assert found.fit.spent and not base.spent
+    heavier = found.fit.p.copy()
+    heavier[-1] *= 1.06
+    off = evidence.evaluated(found.fit.setting, heavier)
+    assert evidence.clear(off) and not off.spent
