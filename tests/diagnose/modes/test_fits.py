@@ -93,8 +93,8 @@ def test_a_small_model_has_no_space(tmp_path: Path) -> None:
 
 
 def test_what_leaves_noise_alone_is_spent(tmp_path: Path) -> None:
-    """However much of a model's discrepancy is forgiven: a lump that is 6 % too heavy may be a
-    sound model, but leaves what noise does not."""
+    """However much of a model's discrepancy is forgiven: a lump that is 8 % too heavy leaves what
+    noise does not."""
     evidence = evidence_of(tmp_path, LUMP)
     base = evidence.bases[0]
     (lump,) = (
@@ -104,6 +104,5 @@ def test_what_leaves_noise_alone_is_spent(tmp_path: Path) -> None:
     found = Hypothesis(begun.effects, fitted_from(begun.fit.setting, begun.fit.p))
     assert found.fit.spent and not base.spent
     heavier = found.fit.p.copy()
-    heavier[-1] *= 1.06
-    off = evidence.evaluated(found.fit.setting, heavier)
-    assert evidence.clear(off) and not off.spent
+    heavier[-1] *= 1.08
+    assert not evidence.evaluated(found.fit.setting, heavier).spent
