@@ -145,11 +145,9 @@ class ResponseEvidence(Linear):
         def released(node: int, kind: str) -> Model:
             return regrown(self.release(node, kind), model)
 
-        d, own = self.data, elements_of(self.file or self.model)
+        d, own, held = self.data, elements_of(self.file or self.model), self.supports
         rig = (self._zeta, d.accelerometers, d.driven, d.forces, d.later, d.apart, own)
-        return SearchContext(
-            model, m.K, m.M, d.top, d.bottom, d.sensors, self.supports, released, *rig
-        )
+        return SearchContext(model, m.K, m.M, d.top, d.bottom, d.sensors, held, released, *rig)
 
     def candidates(self, model: Model, names: Sequence[str] | None = None) -> list[Effect]:
         """Every effect at every place of a model that the file has."""

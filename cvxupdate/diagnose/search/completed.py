@@ -35,6 +35,7 @@ from cvxupdate.physics.effect import Effect
 REST = "what else a rig does, beside what brings the model near"
 FAINT = 1e-3  # of the size at which each is as soft as what it holds: fits begin where they are
 SPRINGS = "grounding_spring"
+TIE = 1e-3  # nats: mirror images of a symmetric structure, on every machine the same
 
 
 def completed(
@@ -73,21 +74,28 @@ def _with_one_more(evidence: Evidence, best: Hypothesis, progress: Progress) -> 
 def on_rigs(
     evidence: Evidence, known: Sequence[Hypothesis], progress: Progress
 ) -> list[Hypothesis]:
-    """All that a rig does at once, the same beside the likeliest that is ``known``, and one effect
+    """All that a rig does at once, the same beside the likeliest that are ``known``, and one effect
     more beside the likeliest that a rig does alone, those that are not told from it, the whole of
     it, and what theory wants, as far as they leave more than noise: what is left within the
     tolerance of any model may, in one that was fitted, be what is still missing. Best first."""
     found = on_a_rig(evidence, progress)
-    ranked = sorted(merged(known, found), key=merit, reverse=True)
-    found = merged(found, completed(evidence, ranked[:1], progress))
-    rigs = sorted(merged(known, found), key=merit, reverse=True)
-    rigs = [h for h in rigs if h.effects and expected(evidence, h) and evidence.clear(h.fit)]
-    near = [h for h in rigs if merit(h) >= merit(rigs[0]) - STRONG / 2.0][:STAYING]
+    found = merged(found, completed(evidence, _likeliest(merged(known, found)), progress))
+    every = merged(known, found)
+    rigs = [h for h in every if h.effects and expected(evidence, h) and evidence.clear(h.fit)]
+    near = _likeliest(rigs)
     whole = sorted(rigs, key=lambda h: (h.unknowns, merit(h)))[-1:]
     theory = by_theory(evidence, Hypothesis((), evidence.bases[-1]))
     parents = merged(near, whole, [] if theory is None else [theory])
     open_ = (h for h in parents if not h.fit.spent)
     return merged(found, *(_with_one_more(evidence, h, progress) for h in open_))
+
+
+def _likeliest(sets: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """And those that are not told from it, a tie as a whole, likeliest first."""
+    ranked = sorted(sets, key=merit, reverse=True)
+    least = max((merit(h) - STRONG / 2.0 for h in ranked[:1]), default=0.0)
+    last = min(map(merit, ranked[:STAYING]), default=0.0) - TIE
+    return [h for h in ranked if merit(h) >= max(least, last)]
 
 
 def on_fixtures(

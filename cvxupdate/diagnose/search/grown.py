@@ -145,8 +145,8 @@ def _of_tables(
 ) -> Grown:
     """Of tables of modes without a reference, whose fits are short, whole rigs compete with
     whatever comes near, for in the tolerance of a model much explains them that has nothing to do
-    with what is missing; with one effect more where they leave more than that. Nothing is sought
-    where no more than noise is left."""
+    with what is missing. Nothing is sought where no more than noise is left; pairs of other effects
+    are, unless a rig explains."""
     known = (*coarse, *alone)
     likeliest = max(known, key=merit, default=None)
     if likeliest is not None and likeliest.fit.spent:
@@ -156,9 +156,7 @@ def _of_tables(
     if best is None:
         return Grown([])
     ahead = all(merit(best) > merit(h) + STRONG / 2.0 for h in coarse)
-    if ahead and not evidence.clear(best.fit):
-        sets = merged(sets, further(evidence, [best], progress))
-    return Grown(sets, ahead)
+    return Grown(sets, ahead and evidence.clear(best.fit))
 
 
 def within_chance(h: Hypothesis) -> bool:

@@ -164,8 +164,9 @@ def _sharpened(
         single = _told_alone(evidence, singles, merged(several, grown))
         known_ways = [several] if smooth.grown.ahead else [several, grown]  # each has its own end
         ways = [] if single else _open(evidence, known_ways)
-        several = merged(several, *(further(evidence, way, progress) for way in ways))
-    several = merged(several, grown)
+        several = merged(several, grown, *(further(evidence, way, progress) for way in ways))
+    elif smooth.grown.ahead:
+        several = grown
     several = _stretches(evidence, elsewhere(evidence, several, progress), progress)
     several = merged(several, shaken(evidence, several, progress))
     lighter = [] if smooth.grown.freed else _lighter(evidence, several, smooth.alone, progress)
@@ -174,7 +175,7 @@ def _sharpened(
         firsts = coarse if reached and crowded(evidence, sets) else []
         lighter += _instead(evidence, sets, firsts, known, progress)
     singles = merged(singles, _alone(lighter))
-    several = [h for h in merged(several, lighter) if len(h.effects) > 1]
+    several = [h for h in merged(several, lighter, grown) if len(h.effects) > 1]
     if not pattern:
         singles, several = _last(evidence, singles, several, progress)
     return singles, several
