@@ -83,7 +83,9 @@ def beside_all(
     instead = {e.key: (e, mine) for e in untold} | instead
     more: dict[frozenset[Key], tuple[Weighed, float]] = {}
     for w, p in zip(field, likely, strict=True):
-        for key in w.hypothesis.keys & instead.keys():
+        there_too = w.hypothesis.keys & instead.keys()
+        stands = max((instead[key][1] for key in there_too), default=0.0)
+        for key in (k for k in there_too if instead[k][1] >= stands):  # not what it needs beside
             for other, at in instead.values():
                 keys = w.hypothesis.keys - {key} | {other.key}
                 there = p * min(1.0, at / max(instead[key][1], 1e-300))
