@@ -228,11 +228,13 @@ def saturated(w: Weighed, case: Case) -> bool:
 
 def needs_several(several: Weighed, single: Weighed | None, case: Case) -> bool:
     """Whether several effects are needed: they are credible, as a single one must be, and each
-    beyond the best accepted set of fewer (``single``), if that is credible, halves what that
-    leaves, which is more than the mesh's; or one takes away next to all of it (`takes_all`)."""
+    beyond the best accepted set of fewer (``single``; by modes, if that is credible) halves what
+    that leaves, which is more than the mesh's; or one takes away next to all of it (`takes_all`).
+    """
     if saturated(several, case):
         return False
-    if single is None or not credible(single, case):
+    few_held_out = case.evidence.told_by == MODES  # a mode may be told by chance
+    if single is None or (few_held_out and not credible(single, case)):
         return credible(several, case) and better(several, case.base, case)
     if meshed(single, case) and not takes_all(case.evidence, several.hypothesis, single.hypothesis):
         return False

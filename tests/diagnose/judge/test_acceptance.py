@@ -206,10 +206,10 @@ def test_several_are_needed_where_they_are_credible_and_halve_what_one_leaves() 
     assert not needs_several(weighed(unseen, *both), single, case), "nor seen in what is held out"
 
 
-def test_several_need_not_beat_what_is_not_credible_itself() -> None:
+def test_several_modes_need_not_beat_what_is_not_credible_itself() -> None:
     """What one leaves much of may tell a held-out mode by chance: a portal on a fixture with soft
     joints (the laboratory's table 4175), explained, was not told."""
-    case = case_of(PlainEvidence((BASE,)))
+    case = case_of(PlainEvidence((BASE,), told_by="modes"))
     several = weighed(replace(GOOD, errors=Errors(0.02, 0.09)), effect(), effect(nodes=(3,)))
     for left, needed in ((40.0, True), (10.0, False)):
         single = weighed(PlainFit(left, errors=Errors(0.1, 0.1)), effect())
