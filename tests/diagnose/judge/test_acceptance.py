@@ -210,8 +210,10 @@ def test_several_modes_need_not_beat_what_is_not_credible_itself() -> None:
     """What one leaves much of may tell a held-out mode by chance: a portal on a fixture with soft
     joints (the laboratory's table 4175), explained, was not told."""
     case = case_of(PlainEvidence((BASE,), told_by="modes"))
-    several = weighed(replace(GOOD, errors=Errors(0.02, 0.09)), effect(), effect(nodes=(3,)))
-    for left, needed in ((40.0, True), (10.0, False)):
+    several = weighed(
+        replace(GOOD, misfit=0.5, errors=Errors(0.02, 0.09)), effect(), effect(nodes=(3,))
+    )
+    for left, needed in ((40.0, True), (3.9, False)):
         single = weighed(PlainFit(left, errors=Errors(0.1, 0.1)), effect())
         assert credible(single, case) != needed
         assert needs_several(several, single, case) == needed
