@@ -189,10 +189,11 @@ def _open(final: Weighed | None, more: Weighed, case: Case) -> bool:
     what is still missing, as the rest of a rig."""
     if final is None or not case.evidence.clear(final.fit):
         return True
+    if case.evidence.told_by != MODES or case.evidence.file is not None:
+        return False
     strong = log_odds(more, case) > log_odds(final, case) + STRONG / 2.0
     many, before = (sought(case.evidence, w.hypothesis) for w in (more, final))
-    alone = case.evidence.told_by == MODES and case.evidence.file is None
-    return alone and strong and many <= max(1, before)
+    return strong and many <= max(1, before)
 
 
 def _foretelling(every: Sequence[Weighed], final: Weighed, case: Case) -> list[Weighed]:

@@ -5,7 +5,8 @@ in small measure (sensors that weigh, soft joints) stays in the shapes: a change
 shapes that are not the structure's. Of a reference nothing is claimed, so the likeliest model is
 wanted, and all of it at once is a fit or two. Springs under supports in all directions come near a
 fixture that has a mass of its own, and hide it from every step that takes one effect at a time: it
-is tried in the place of all of them.
+is tried in the place of all of them. Tables without a reference are completed likewise (`on_rigs`),
+to compete with what comes near by itself.
 """
 
 from __future__ import annotations
