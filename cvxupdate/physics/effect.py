@@ -52,6 +52,11 @@ class EffectType(ABC):
     def candidates(self, context: SearchContext) -> list[Effect]:
         """The effect at every place where it can stand, with its matrices, bounds and signs."""
 
+    def at(self, place: Place, context: SearchContext) -> Sequence[Effect]:
+        """Those of the candidates that stand at a place; of a type whose places take long, found
+        without the others."""
+        return self.candidates(context)
+
     @abstractmethod
     def says(self, effect: Effect, values: Mapping[str, float]) -> str:
         """One sentence that a technician understands; ``values`` are the contract's figures."""
@@ -123,7 +128,8 @@ class ModelChange:
 
     def moved(self, effect: Effect, context: SearchContext) -> Effect | None:
         """The candidate of the same kind at the same place of another model."""
-        return next((o for o in effect.type.candidates(context) if o.key == effect.key), None)
+        near = effect.type.at(effect.place, context)
+        return next((o for o in near if o.key == effect.key), None)
 
 
 @dataclass(frozen=True, eq=False)

@@ -38,6 +38,9 @@ class Met:
     away: Real
 
 
+Kind = tuple[Sequence[Met], tuple[str, ...], str]  # ends, the groups that meet, what they are
+
+
 @final
 class EqualJoints(EffectType):
     """Joints of one kind that give way alike."""
@@ -50,14 +53,13 @@ class EqualJoints(EffectType):
     def candidates(self, context: SearchContext) -> list[Effect]:
         """One for every two groups that meet at several nodes, one for all joints, and one for
         every end of a member at a joint."""
+        return [self._one(context.model, *kind) for kind in _kinds(context.model)]
+
+    def at(self, place: Place, context: SearchContext) -> list[Effect]:
+        """Only ends of members that meet there are opened."""
         model = context.model
-        found: dict[frozenset[tuple[int, int]], Effect] = {}
-        kinds = [(met, groups, "joints") for met, groups in classes(model)]
-        for met, groups, what in (*kinds, (every_end(model), (), "ends of members at joints")):
-            if 1 < len(met) <= MOST:
-                key = frozenset((m.element, m.node) for m in met)
-                found.setdefault(key, self._one(model, met, groups, what))
-        return list(found.values())
+        there = [kind for kind in _kinds(model) if {m.node for m in kind[0]} == {*place.nodes}]
+        return [self._one(model, *kind) for kind in there]
 
     def _one(self, model: Model, met: Sequence[Met], groups: tuple[str, ...], what: str) -> Effect:
         ends = [m.end for m in met]
@@ -105,6 +107,18 @@ def classes(model: Model) -> list[tuple[list[Met], tuple[str, ...]]]:
     whole = [m for met in meetings for m in _ending(met)]
     covered = any({m.node for m in whole} <= {m.node for m in ends} for ends, _ in out)
     return out if covered else [*out, (whole, ())]
+
+
+def _kinds(model: Model) -> list[Kind]:
+    """Ends of members, each set of them once, the groups between which they are and what they are
+    called."""
+    found: dict[frozenset[tuple[int, int]], Kind] = {}
+    kinds = [(met, groups, "joints") for met, groups in classes(model)]
+    for met, groups, what in (*kinds, (every_end(model), (), "ends of members at joints")):
+        if 1 < len(met) <= MOST:
+            key = frozenset((m.element, m.node) for m in met)
+            found.setdefault(key, (met, groups, what))
+    return list(found.values())
 
 
 def every_end(model: Model) -> list[Met]:

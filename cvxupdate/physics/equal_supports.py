@@ -3,7 +3,7 @@ that hold feet from turning, about whatever axis."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 from typing import final
 
@@ -46,8 +46,16 @@ class EqualSupports(EffectType):
     def candidates(self, context: SearchContext) -> list[Effect]:
         """One for every direction that is held at several nodes, for each straight edge of sheets
         by itself where several are held, and one for feet that rock."""
+        return self._of(context, (*classes(context), *edges(context), *feet(context)))
+
+    def at(self, place: Place, context: SearchContext) -> list[Effect]:
+        """Only classes that hold there are set free."""
+        every = (*classes(context), *edges(context), *feet(context))
+        return self._of(context, [held for held in every if _hold(held, place)])
+
+    def _of(self, context: SearchContext, every: Sequence[tuple[Held, ...]]) -> list[Effect]:
         out = []
-        for held in (*classes(context), *edges(context), *feet(context)):
+        for held in every:
             free = Released.of(context, held)
             if len(free.held) < 2 or free.within.diagonal().min() <= 0.0:
                 continue
@@ -123,6 +131,13 @@ def feet(context: SearchContext) -> Iterator[tuple[Held, ...]]:
     edges = any(np.any(edge_shares(context.model, held) != 1.0) for held in turning)
     if len(turning) > 1 and len(nodes) == 1 and not edges:
         yield tuple(h for held in turning for h in held)
+
+
+def _hold(held: tuple[Held, ...], place: Place) -> bool:
+    """Whether supports, or some of them, may be those at a place."""
+    kinds = {kind for _, kind in held}
+    alike = place.dof in kinds if place.dof else len(kinds) > 1
+    return alike and {n for n, _ in held}.issuperset(place.nodes)
 
 
 def _along_members(model: Model, held: tuple[Held, ...]) -> bool:

@@ -28,11 +28,15 @@ def on_sets(
     rates: Rates | None = None,
     additive: bool = False,
     cubic: bool = False,
+    there: Place | None = None,
 ) -> list[Effect]:
-    """An effect on each of ``sets``: the model with the parameters ``wanted`` of it (number of the
-    set, its elements); their tangent from ``rates`` where the elements' are at hand."""
+    """An effect on each of ``sets`` (``there``: on that at a place alone): the model with the
+    parameters ``wanted`` of it (number of the set, its elements); their tangent from ``rates``
+    where the elements' are at hand."""
     out = []
     for k, (ids, groups) in enumerate(sets):
+        if there is not None and ids != there.elements:
+            continue
         asked = wanted(k, ids)
         grow = partial(append_parameters, model, asked)
         if rates is None:
@@ -53,8 +57,9 @@ def factors(
     sets: Iterable[Set],
     limits: Limits,
     cubic: bool = False,
+    there: Place | None = None,
 ) -> list[Effect]:
-    """A factor on the property ``of`` of each of ``sets``."""
+    """A factor on the property ``of`` of each of ``sets`` (``there``: of that at a place alone)."""
 
     def wanted(k: int, ids: tuple[int, ...]) -> list[Wanted]:
         return [limited(f"{type_.name}@{k}", of, ids, limits)]
@@ -69,6 +74,7 @@ def factors(
         rates=Rates.of(model, of),
         additive=True,
         cubic=cubic,
+        there=there,
     )
 
 

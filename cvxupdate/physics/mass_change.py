@@ -9,6 +9,7 @@ from cvxupdate.physics.context import SearchContext
 from cvxupdate.physics.effect import Effect, EffectType
 from cvxupdate.physics.factors import factors, percent
 from cvxupdate.physics.members import member_sets
+from cvxupdate.physics.place import Place
 
 LIMITS = (-0.95, 9.0)
 
@@ -24,6 +25,11 @@ class MassChange(EffectType):
         """On every set of elements that has a density."""
         sets = member_sets(context.model, "rho")
         return factors(self, context.model, "mass", sets, LIMITS)
+
+    def at(self, place: Place, context: SearchContext) -> list[Effect]:
+        """Of the elements there."""
+        sets = member_sets(context.model, "rho")
+        return factors(self, context.model, "mass", sets, LIMITS, there=place)
 
     def says(self, effect: Effect, values: Mapping[str, float]) -> str:
         """The change in percent."""

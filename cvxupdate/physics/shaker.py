@@ -149,7 +149,8 @@ class Travelling(ModelChange):
     def moved(self, effect: Effect, context: SearchContext) -> Effect | None:
         """Of the candidate that stays."""
         stays = (effect.physics, effect.place)
-        found = next((e for e in effect.type.candidates(context) if e.key == stays), None)
+        near = effect.type.at(effect.place, context)
+        found = next((e for e in near if e.key == stays), None)
         return None if found is None else with_drive(found)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import final
 
@@ -14,7 +14,7 @@ from cvxupdate.physics.given import Points
 from cvxupdate.physics.growth import append_parameters, limited
 from cvxupdate.physics.place import Place, at
 from cvxupdate.physics.quantity import stiffness
-from cvxupdate.physics.released import Released, tangent_of
+from cvxupdate.physics.released import Held, Released, tangent_of
 from cvxupdate.physics.units import quantity, stiffness_unit
 
 LIMITS = (0.0, SOFTEST)
@@ -32,8 +32,16 @@ class SoftSupport(EffectType):
     def candidates(self, context: SearchContext) -> list[Effect]:
         """Every held DOF set free on a spring, on the edge of a sheet with the length that is its
         own."""
+        return self._of(context, context.supports)
+
+    def at(self, place: Place, context: SearchContext) -> list[Effect]:
+        """Only what holds there is set free."""
+        held = [(n, kind) for n, kind in context.supports if (n,) == place.nodes]
+        return self._of(context, [(n, kind) for n, kind in held if kind == place.dof])
+
+    def _of(self, context: SearchContext, held: Sequence[Held]) -> list[Effect]:
         out = []
-        for node, kind in context.supports:
+        for node, kind in held:
             free = Released.of(context, [(node, kind)])
             if not free.held or free.within[0, 0] <= 0.0:
                 continue

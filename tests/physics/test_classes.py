@@ -14,6 +14,7 @@ from cvxupdate.diagnose.nominal.damping import undamped
 from cvxupdate.diagnose.output.export import problem_file
 from cvxupdate.diagnose.results import Updated
 from cvxupdate.fe.build import build_model
+from cvxupdate.physics import candidates_of
 from cvxupdate.physics.cords import MOST, Cords
 from cvxupdate.physics.equal_joints import EqualJoints, classes
 from cvxupdate.physics.equal_supports import EqualSupports
@@ -71,6 +72,18 @@ def at(effect, k, eigenvalues=eigenvalues):
     said, _ = effect.reported(model, model.parameters[-1:], p[-1:], 0.0 * p[-1:])
     assert said[name] == pytest.approx(1.0 / k if effect.change.series else k, rel=1e-9)
     return eigenvalues(model, p)
+
+
+@pytest.mark.parametrize("structure", [frame(), hung_bar()])
+def test_the_candidates_at_a_place_are_found_without_the_others(tmp_path, structure):
+    every = context(tmp_path, structure)
+    for same in candidates_of(every):
+        there = next(o for o in same.type.at(same.place, every) if o.key == same.key)
+        assert (there.name, there.spot) == (same.name, same.spot)
+        if there.change is not None:
+            grown = [e.change.model for e in (there, same)]
+            assert len({tuple(q.name for q in m.parameters) for m in grown}) == 1
+            assert len({m.labels for m in grown}) == 1
 
 
 @pytest.mark.parametrize("k", [80.0, 2e4])
