@@ -1,4 +1,5 @@
-"""A property that only the owners looked at last keep."""
+"""What is worked out once for an object: a property that only the owners looked at last keep, and
+figures that are kept as long as it lives."""
 
 from __future__ import annotations
 
@@ -50,3 +51,27 @@ class recent(Generic[T]):
         there = self._held.get(key)
         if there is not None and there[0] is gone:  # the number may belong to another by now
             del self._held[key]
+
+
+class Once(Generic[T]):
+    """A function of objects whose value, a few figures, is kept as long as its object lives. Called
+    by identity: what holds arrays has no hash."""
+
+    def __init__(self, compute: Callable[[Any], T]) -> None:
+        self._compute = compute
+        self._known: dict[int, tuple[weakref.ref[Any], T]] = {}
+
+    def __call__(self, owner: object) -> T:
+        """Of an object."""
+        key = id(owner)
+        there = self._known.get(key)
+        if there is not None and there[0]() is owner:
+            return there[1]
+        found = self._compute(owner)
+        self._known[key] = weakref.ref(owner, lambda gone: self._forget(key, gone)), found
+        return found
+
+    def _forget(self, key: int, gone: weakref.ref[Any]) -> None:
+        there = self._known.get(key)
+        if there is not None and there[0] is gone:  # the number may belong to another by now
+            del self._known[key]

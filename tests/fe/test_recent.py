@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from cvxupdate.fe.recent import HELD, recent
+from cvxupdate.fe.recent import HELD, Once, recent
 
 
 @dataclass(frozen=True)
@@ -44,3 +44,20 @@ def test_owners_that_are_gone_do_no_harm():
 
 def test_it_says_what_it_is():
     assert Owner.value.__doc__ == "Its square."
+
+
+def test_figures_are_kept_as_long_as_their_object_lives():
+    asked = []
+
+    def square(owner: Owner) -> int:
+        asked.append(owner.number)
+        return owner.number**2
+
+    once = Once(square)
+    owners = [Owner(k) for k in range(2 * HELD)]
+    assert [once(o) for o in (*owners, *owners)] == [o.number**2 for o in (*owners, *owners)]
+    assert asked == list(range(2 * HELD))
+    again = Owner(3)  # equal, and another
+    assert once(again) == 9 and asked[-1] == 3 and len(asked) == 2 * HELD + 1
+    del owners
+    assert len(once._known) == 1

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -21,8 +21,12 @@ def channel_errors(point: ResponsePoint, signals: Sequence[Signal]) -> float:
     of the model at ``point`` on ``signals``; modes keep its damping. NaN without signals."""
     if not signals:
         return float("nan")
-    modelled = on_signals(point, signals).modelled()
-    gaps = (np.abs(model - s.Y) for s, model in zip(signals, modelled, strict=True))
+    return _error(on_signals(point, signals))
+
+
+def _error(there: ResponsePoint) -> float:
+    signals = there.setting.signals
+    gaps = (np.abs(model - s.Y) for s, model in zip(signals, there.modelled(), strict=True))
     return averaged(signals, [norms(gap) for gap in gaps])
 
 
@@ -53,15 +57,25 @@ def foretold(point: ResponsePoint) -> list[ResponsePoint]:
     return [point] if usual is None else [point, point.setting.evaluate(usual, point)]
 
 
-def both_errors(point: ResponsePoint, fit: Sequence[Signal], hold_out: Sequence[Signal]) -> Errors:
-    """`channel_errors` of what was fitted, and of what was held out at what is `foretold`."""
-    held = min(channel_errors(x, hold_out) for x in foretold(point))
-    return Errors(channel_errors(point, fit), held)
+@dataclass(frozen=True)
+class Heard:
+    """What the recordings say of a point: `channel_errors` of what was fitted, and of what was held
+    out at what is `foretold`, with the logarithm of the ``likelihood`` of that (0 without)."""
+
+    errors: Errors
+    likelihood: float
 
 
-def elsewhere(fit: Fit, signals: Sequence[Signal]) -> float:
-    """The likelihood of signals that another drive makes, at what is `foretold`."""
-    return max(likelihood(taken(fit.setting, x), signals) for x in foretold(fit.point))
+def heard(point: ResponsePoint, fit: Sequence[Signal], hold_out: Sequence[Signal]) -> Heard:
+    """Of both at once: what is held out takes a model's responses each."""
+    error = channel_errors(point, fit)
+    if not hold_out:
+        return Heard(Errors(error, float("nan")), 0.0)
+    there = [on_signals(x, hold_out) for x in foretold(point)]
+    held = min(_error(x) for x in there)
+    # at the very points, whose responses are at hand
+    fits = [replace(taken(x.setting, x), point=x) for x in there]
+    return Heard(Errors(error, held), max(f.log_likelihood for f in fits))
 
 
 def norms(values: Real) -> Real:

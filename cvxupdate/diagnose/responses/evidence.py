@@ -23,8 +23,8 @@ from cvxupdate.diagnose.responses.columns import columns_of, delay_unit
 from cvxupdate.diagnose.responses.data import Data
 from cvxupdate.diagnose.responses.errors import (
     ContractErrors,
-    both_errors,
-    elsewhere,
+    Heard,
+    heard,
     noise_errors,
     stated,
 )
@@ -52,6 +52,7 @@ from cvxupdate.diagnose.settings import CLEAR, EXPLAINED, OPEN
 from cvxupdate.diagnose.shown import Shown
 from cvxupdate.diagnose.types import Errors, FiniteSize, LevelChange, Progress, Score, Seed
 from cvxupdate.fe.model import Model
+from cvxupdate.fe.recent import Once
 from cvxupdate.fe.synthesis.space import Space
 from cvxupdate.fe.terms import Real
 from cvxupdate.physics import candidates_of
@@ -111,7 +112,7 @@ class ResponseEvidence(Linear):
     @cached_property
     def nominal(self) -> Errors:
         """Its errors."""
-        return self._errors_at(self.nominal_point)
+        return self._heard(self.nominal_point).errors
 
     @cached_property
     def noise(self) -> Errors:
@@ -224,14 +225,15 @@ class ResponseEvidence(Linear):
 
     def held_out(self, fit: Fit) -> float:
         """Of what is driven from elsewhere; another record at the same drive says the same."""
-        return elsewhere(fit, self.data.sharp_hold_out) if self.data.later else 0.0
+        return self._heard(fit.point).likelihood if self.data.later else 0.0
 
     def errors(self, found: Fit) -> Errors:
         """Channel by channel."""
-        return self._errors_at(found.point)
+        return self._heard(found.point).errors
 
-    def _errors_at(self, point: ResponsePoint) -> Errors:
-        return both_errors(point, self.data.sharp, self.data.sharp_hold_out)
+    @cached_property
+    def _heard(self) -> Once[Heard]:
+        return Once(lambda point: heard(point, self.data.sharp, self.data.sharp_hold_out))
 
     def relative(self, errors: Errors) -> float:
         """A fraction of the responses as it is."""

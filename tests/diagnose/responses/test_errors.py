@@ -11,9 +11,9 @@ from cvxupdate.correlate.response_error import together
 from cvxupdate.diagnose.fit import fitted_at
 from cvxupdate.diagnose.nominal.damping import undamped
 from cvxupdate.diagnose.responses.errors import (
-    both_errors,
     channel_errors,
-    elsewhere,
+    heard,
+    likelihood,
     on_signals,
     stated,
 )
@@ -59,10 +59,12 @@ def test_a_mode_damped_away_says_nothing_of_another_drive(chain, lab, measure):
     lost[setting.ratios.start + 1] = 3.0
     right, away = fitted_at(setting, usual), fitted_at(setting, lost)
     fit, held = (channel_errors(away.point, (s,)) for s in signals)
-    errors = both_errors(away.point, signals[:1], signals[1:])
+    said = heard(away.point, signals[:1], signals[1:])
+    errors = said.errors
     assert errors.fit == fit
     assert errors.hold_out == channel_errors(right.point, signals[1:]) < held
-    assert elsewhere(away, signals[1:]) == pytest.approx(elsewhere(right, signals[1:]))
+    assert said.likelihood == pytest.approx(likelihood(right, signals[1:]))
+    assert said.likelihood > likelihood(away, signals[1:])
     heavy = replace(setting, zeta=setting.zeta * np.exp(-lost[setting.ratios]))
-    kept = both_errors(heavy.evaluate(lost), signals[:1], signals[1:])
+    kept = heard(heavy.evaluate(lost), signals[:1], signals[1:]).errors
     assert kept.hold_out == pytest.approx(errors.hold_out)
