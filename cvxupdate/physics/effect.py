@@ -18,7 +18,7 @@ from cvxupdate.physics.directions import LowRank
 from cvxupdate.physics.draft import Writer
 from cvxupdate.physics.fault import Fault
 from cvxupdate.physics.place import Place, at
-from cvxupdate.physics.planting import Planting
+from cvxupdate.physics.planting import Planted, Planting
 from cvxupdate.physics.quantity import Quantity as Quantity
 
 RESPONSES, MODES, RATIOS, MOTION = "responses", "modes", "damping ratios", "motion"
@@ -53,8 +53,7 @@ class EffectType(ABC):
         """The effect at every place where it can stand, with its matrices, bounds and signs."""
 
     def at(self, place: Place, context: SearchContext) -> Sequence[Effect]:
-        """Those of the candidates that stand at a place; of a type whose places take long, found
-        without the others."""
+        """All, or without those elsewhere where each takes long."""
         return self.candidates(context)
 
     @abstractmethod
@@ -128,8 +127,8 @@ class ModelChange:
 
     def moved(self, effect: Effect, context: SearchContext) -> Effect | None:
         """The candidate of the same kind at the same place of another model."""
-        near = effect.type.at(effect.place, context)
-        return next((o for o in near if o.key == effect.key), None)
+        there = effect.type.at(effect.place, context)
+        return next((o for o in there if o.key == effect.key), None)
 
 
 @dataclass(frozen=True, eq=False)
@@ -293,14 +292,3 @@ class Effect:
             size, deviation = float(x[q.index]), float(dx[q.index])
             values[q.name], deviations[q.name] = q.value(model, own, size, deviation, unit)
         return values, deviations
-
-
-@dataclass(frozen=True)
-class Planted:
-    """An effect on a model: where its parameters begin (columns,), its fault, where that begins."""
-
-    effect: Effect
-    model: Model
-    start: Real
-    fault: Fault | None = None
-    fault_start: float = 0.0

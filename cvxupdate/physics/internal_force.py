@@ -22,10 +22,11 @@ from cvxupdate.fe.model import KINDS, Model
 from cvxupdate.fe.parameters import Parameter, Target
 from cvxupdate.physics.context import SearchContext
 from cvxupdate.physics.draft import Draft, kind_of
-from cvxupdate.physics.effect import Effect, Planted
+from cvxupdate.physics.effect import Effect
 from cvxupdate.physics.facing import facing
 from cvxupdate.physics.growth import dof_rows, new_ids
 from cvxupdate.physics.place import ROTATIONS, TRANSLATIONS, Place
+from cvxupdate.physics.planting import Planted
 from cvxupdate.physics.storeys import storeys
 
 SLIDERS = 5  # of an Iwan joint: straight pieces that are within 3 % of the limit of its curve

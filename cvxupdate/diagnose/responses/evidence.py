@@ -125,8 +125,7 @@ class ResponseEvidence(Linear):
         return level_change(self.data.compared)
 
     @cached_property
-    def _space(self) -> Space | None:
-        """Where modes are sought, of a model on a mesh finer than the file's."""
+    def _space(self) -> Space | None:  # of a model on a mesh finer than the file's
         return around(self.model, self.model.zero(), self.data.top) if self.fine.finer else None
 
     @cached_property
