@@ -347,3 +347,26 @@ def test_modes_at_nearly_one_frequency_are_both_kept() -> None:
     )
     assert modes.frequency == pytest.approx(true, rel=5e-4)
     assert min(mac(a, b) for a, b in zip(modes.shapes, shapes, strict=True)) > 0.99
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_shape_is_not_told_by_an_entry_that_is_noise(seed: int) -> None:
+    """Where the drive hardly moves a mode, a loud channel that hardly hears it may have the largest
+    entry of its shape, to which the others are scaled: they are told by what is known, and the
+    truth is within their deviations."""
+    f = np.linspace(8.0, 30.0, 1500)
+    shapes = np.array([[1.0, 0.2, 0.9, 0.0], [0.0, 0.02, 0.01, 1.0]])
+    p = poles_of(np.array([11.0, 24.0]), 0.01)
+    drives = np.array([[2e-4], [1.0]], dtype=complex)
+    H = modal_frf(f, p, shapes / (2j * p.imag)[:, None], drives)
+    loud = np.array([0.06, 0.06, 0.06, 0.4])[:, None]
+    std = np.broadcast_to(loud * np.sqrt(np.mean(np.abs(H) ** 2, axis=0)), H.shape)
+    noise = noisy(np.zeros(H.shape), 1.0, np.random.default_rng(seed))
+    modes = identify_modes(response(H + std * noise, f, std**2))
+    r = int(np.argmin(np.abs(modes.frequency - 11.0)))
+    assert abs(modes.frequency[r] / 11.0 - 1.0) < 1e-3
+    found, deviations = modes.shapes[r], modes.shape_std[r]
+    held = int(np.argmin(deviations))
+    assert int(np.argmax(np.abs(found))) == 3 and held in (0, 2) and deviations[held] == 0.0
+    off = np.abs(found - shapes[0] * found[held] / shapes[0, held])
+    assert np.all(np.delete(off / np.maximum(deviations, 1e-300), held) < 4.0)

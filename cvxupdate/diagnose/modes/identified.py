@@ -16,6 +16,7 @@ from cvxupdate.recordings.types import Channel, FrequencyResponse, ModeTable, Ti
 
 FEWEST = 5  # modes: fewer tell little of what is missing
 FEW = 4  # fewer do not tell where to begin
+KNOWN = 3.0  # deviations from zero of an entry that is no noise
 # The lowest modes that are looked at: ten with their shapes tell kinds and places apart; waves of
 # higher ones are so short that where in an element a lump stands counts, which no candidate says.
 LOWEST = 10
@@ -52,7 +53,7 @@ def identified(
         except RecordingError:
             continue
         if found is not None and found.frequency.size:
-            table = _lowest(found.to_table())
+            table = heard(_lowest(found.to_table()))
             constants = np.real(found.constants[: len(table.frequency)])
             tables.append(Identified(table, found.references, constants))
     kept = tables if each else _of_each_set(tables)
@@ -98,6 +99,22 @@ def without_shapes_at(found: Identified, label: str) -> ModeTable:
 def _lowest(table: ModeTable) -> ModeTable:
     """Those `LOWEST` ones."""
     return without(table, range(LOWEST, len(table.frequency))) or table
+
+
+def heard(table: ModeTable) -> ModeTable:
+    """Without entries of shapes that are as uncertain as the largest that is known is large: where
+    a drive hardly moves a mode, channels that answer to others have noise there, which would be
+    nearly all of the shape. What is left is told by its largest."""
+    if table.shapes is None or table.shape_std is None:
+        return table
+    size = np.abs(table.shapes)
+    std = np.broadcast_to(table.shape_std, size.shape)
+    largest = np.max(np.where(size > KNOWN * std, size, 0.0), axis=1, initial=0.0)[:, None]
+    told = (std < largest) | (largest == 0.0)
+    top = np.max(np.where(told, size, 0.0), axis=1, initial=0.0)[:, None]
+    scale = 1.0 / np.where(top > 0.0, top, 1.0)
+    shapes, spread = np.where(told, table.shapes, np.nan), np.where(told, std, np.nan)
+    return replace(table, shapes=scale * shapes, shape_std=scale * spread)
 
 
 def _frf(recording: FrequencyResponse | TimeHistory) -> FrequencyResponse | None:

@@ -21,7 +21,8 @@ class IdentifiedModes:
     poles : (modes,) rad/s, viscous poles of the same frequency and damping.
     shapes : (modes, responses) complex, largest entry 1.
     shape_std : (modes, responses), of the complex entry; shape_std_real, shape_std_imag : of its
-    parts.
+    parts. 0 at the entry by which the others are told: the largest, or where that is not known the
+    best known.
     participation : (modes, references), so that the receptance's residue is ``outer(shapes[r],
     participation[r])``.
     lower, upper : (terms, responses, references) residuals of the receptance over ``band`` (Hz), as

@@ -12,12 +12,15 @@ from cvxupdate.recordings.identify.model import Roots, frequency_damping_gradien
 from cvxupdate.recordings.identify.refine import normal_matrices
 from cvxupdate.recordings.types import Complex, Real
 
+KNOWN = 5.0  # deviations from zero of an entry by which a shape is told
+
 
 @dataclass(frozen=True)
 class Deviations:
     """``frequency`` (modes,) Hz; ``damping`` (modes,); ``shape_real``, ``shape_imag`` (modes,
-    outputs) of the shapes whose largest entry is 1; ``covariance`` (modes, 2, 2) of frequency and
-    damping of each mode."""
+    outputs) of the shapes whose largest entry is 1, as far as they are told by that (0 there), or
+    by the best known where that is not known; ``covariance`` (modes, 2, 2) of frequency and damping
+    of each mode."""
 
     frequency: Real
     damping: Real
@@ -73,6 +76,14 @@ def _rotation(z: Complex) -> Real:
     )
 
 
+def _held(shape: Complex, covariance: Real) -> int:
+    """The entry of a shape that the others are told by: the largest, unless that is hardly known;
+    then the best known one, for by an entry that is noise nothing is told."""
+    known = np.abs(shape) / np.sqrt(np.maximum(np.trace(covariance, axis1=1, axis2=2), 1e-300))
+    top = int(np.argmax(np.abs(shape)))
+    return top if known[top] >= KNOWN else int(np.argmax(known))
+
+
 def deviations(
     s: Setting, roots: Roots, fit: LinearFit, free: NDArray[np.bool_], factor: float
 ) -> Deviations:
@@ -91,15 +102,16 @@ def deviations(
     shape = np.zeros((modes, s.H.shape[1], 2))
     for r in range(modes):
         P = normal.coupling[:, pair[r]]
-        top = int(np.argmax(np.abs(fit.shapes[r])))
         block = normal.linear_inverse[:, pair[r][:, None], pair[r]] * factor
         full = block + P @ C @ P.transpose(0, 2, 1)
-        cross = P @ C @ P[top].T
+        top = int(np.argmax(np.abs(fit.shapes[r])))
+        held = _held(fit.shapes[r], full)
+        cross = P @ C @ P[held].T
         a = _rotation(np.full(P.shape[0], 1.0 / fit.shapes[r, top]))
-        b = _rotation(-fit.shapes[r] / fit.shapes[r, top] ** 2)
+        b = _rotation(-fit.shapes[r] / (fit.shapes[r, top] * fit.shapes[r, held]))
         aT, bT = a.transpose(0, 2, 1), b.transpose(0, 2, 1)
         mixed = a @ cross @ bT
-        result = a @ full @ aT + b @ full[top] @ bT + mixed + mixed.transpose(0, 2, 1)
-        result[top] = 0.0
+        result = a @ full @ aT + b @ full[held] @ bT + mixed + mixed.transpose(0, 2, 1)
+        result[held] = 0.0
         shape[r] = np.sqrt(np.maximum(np.einsum("oii->oi", result), 0.0))
     return Deviations(std[:, 0], std[:, 1], shape[:, :, 0], shape[:, :, 1], covariance)
