@@ -24,7 +24,9 @@ from cvxupdate.diagnose.judge.confidence import Standing, certainty_of_groups, s
 from cvxupdate.diagnose.judge.graded import Graded, graded
 from cvxupdate.diagnose.judge.groups import group_findings, loose_groups
 from cvxupdate.diagnose.judge.jumble import jumbled
+from cvxupdate.diagnose.judge.median import in_common, median
 from cvxupdate.diagnose.judge.middle import in_the_middle
+from cvxupdate.diagnose.judge.parts import parts_of
 from cvxupdate.diagnose.judge.posterior import log_odds, rivals
 from cvxupdate.diagnose.judge.soundness import said_plainly, sound
 from cvxupdate.diagnose.nominal.wanted import sought
@@ -95,6 +97,10 @@ def judge(evidence: Evidence, found: Found) -> Judgement:
     """Accept one effect, several, the nuisance parameters far off, or nothing; where nothing can be
     claimed, what all that is likely has in common."""
     decided = _decided(evidence, found, Hypothesis((), evidence.bases[-1]))
+    common = median(decided.field, decided.case)
+    if common is not None:
+        found = _with(found, common)
+        decided = _decided(evidence, found, decided.case.base.hypothesis)
     lower = _fitted_from(decided)
     if lower is not None:
         decided = _decided(evidence, found, lower)
@@ -103,6 +109,12 @@ def judge(evidence: Evidence, found: Found) -> Judgement:
         return decided
     tried = (*decided.several, *decided.singles)
     return replace(decided, graded=graded(tried, decided.case))
+
+
+def _with(found: Found, h: Hypothesis) -> Found:
+    if len(h.effects) > 1:
+        return replace(found, several=(*found.several, h))
+    return replace(found, singles=(*found.singles, h))
 
 
 def _fitted_from(decided: Judgement) -> Hypothesis | None:
@@ -173,7 +185,8 @@ def _decided(evidence: Evidence, found: Found, base: Hypothesis) -> Judgement:
             return replace(bare, final=wide, field=field, findings=claimed)
     if final is None:
         return bare
-    final = in_the_middle(_a_rig_instead(several, final, case), (*clean, *singles), case)
+    final = in_common(_a_rig_instead(several, final, case), (*clean, *singles), field, case)
+    final = in_the_middle(final, (*clean, *singles), case)
     field = (*field, *_foretelling(every, final, case))
     standings = tuple(standing(k, final, field, case) for k in range(len(final.hypothesis.effects)))
     findings: tuple[Finding, ...] = ()
@@ -256,7 +269,7 @@ def _findings(
     h = final.hypothesis
     near = rivals(final, field, case)
     behind = [float(np.exp(log_odds(final, case) - log_odds(w, case))) for w in near]
-    parts = _parts(case, final)
+    parts = parts_of(case, final)
     out = []
     told = [k for k, s in enumerate(standings) if s.told]
     for k in sorted(told, key=lambda k: -parts[k]):
@@ -280,20 +293,3 @@ def _findings(
         )
         out.append(finding)
     return tuple(out)
-
-
-def _parts(case: Case, final: Weighed) -> list[float]:
-    """The part of the misfit beyond noise (0 to 1) that each effect explains: what comes back when
-    it is taken out and the rest stays; of a single one, what it takes away."""
-    h, scale = final.hypothesis, case.scale
-    whole = max(scale(case.base), 1e-300)
-    if len(h.effects) == 1:
-        return [float(np.clip(1.0 - scale(final) / whole, 0.0, 1.0))]
-    rests = [without(case.evidence, h, k) for k in range(len(h.effects))]
-    back = np.array(
-        [np.inf if r is None else max(r.fit.excess - final.fit.excess, 0.0) for r in rests]
-    )
-    taken = float(np.clip(1.0 - scale(final) / whole, 0.0, 1.0))
-    if not np.all(np.isfinite(back)) or back.sum() <= 0.0:
-        return [taken if np.isinf(b) else taken / len(rests) for b in back]
-    return [taken * float(b) / float(back.sum()) for b in back]

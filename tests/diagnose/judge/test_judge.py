@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cvxupdate.diagnose.judge.judge import _a_rig_instead, _open, _parts, judge
+from cvxupdate.diagnose.judge.judge import _a_rig_instead, _open, judge
+from cvxupdate.diagnose.judge.parts import parts_of
 from cvxupdate.diagnose.search.search import Found
 from cvxupdate.diagnose.settings import CLEAR, MOST_SURE, STATED
 from cvxupdate.diagnose.types import Errors
@@ -320,10 +321,12 @@ def test_of_several_those_are_told_that_are_likelier_than_not() -> None:
 
 def test_the_part_of_a_single_effect_is_what_it_takes_away() -> None:
     case = case_of(EVIDENCE)
-    assert _parts(case, weighed(GOOD, A)) == pytest.approx([0.99])
-    assert _parts(case, weighed(replace(GOOD, misfit=200.0), A)) == [0.0]
+    assert parts_of(case, weighed(GOOD, A)) == pytest.approx([0.99])
+    assert parts_of(case, weighed(replace(GOOD, misfit=200.0), A)) == [0.0]
     pattern = case_of(PlainEvidence((PlainFit(1.0, damping_strain=40.0),)), damping_only=True)
-    assert _parts(pattern, weighed(PlainFit(1.0, damping_strain=10.0), A)) == pytest.approx([0.75])
+    assert parts_of(pattern, weighed(PlainFit(1.0, damping_strain=10.0), A)) == pytest.approx(
+        [0.75]
+    )
 
 
 def alone(one: float, other: float) -> PlainEvidence:
@@ -335,15 +338,15 @@ def alone(one: float, other: float) -> PlainEvidence:
 def test_the_parts_of_several_go_by_what_comes_back_without_each() -> None:
     """Without the first 31 come back, without the second 11: three quarters and a quarter."""
     pair = weighed(GOOD, fault("n1.x"), fault("n3.x"))
-    parts = _parts(case_of(alone(11.0, 31.0)), pair)
+    parts = parts_of(case_of(alone(11.0, 31.0)), pair)
     assert parts == pytest.approx([0.99 * 0.75, 0.99 * 0.25])
     assert sum(parts) == pytest.approx(0.99), "never more than both take away"
 
 
 def test_an_effect_that_nothing_misses_has_no_part() -> None:
     pair = weighed(GOOD, fault("n1.x"), fault("n3.x"))
-    assert _parts(case_of(alone(0.5, 31.0)), pair) == pytest.approx([0.99, 0.0])
-    same = _parts(case_of(alone(0.5, 0.5)), pair)
+    assert parts_of(case_of(alone(0.5, 31.0)), pair) == pytest.approx([0.99, 0.0])
+    same = parts_of(case_of(alone(0.5, 0.5)), pair)
     assert same == pytest.approx([0.495, 0.495]), "either would do: both share alike"
 
 
