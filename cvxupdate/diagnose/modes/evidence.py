@@ -48,6 +48,7 @@ from cvxupdate.diagnose.types import (
     Score,
     Seed,
 )
+from cvxupdate.errors import ModelError
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.synthesis.space import Space
 from cvxupdate.physics import candidates_of
@@ -196,8 +197,11 @@ class ModesEvidence(Linear):
         self, nominal: Fit, parent: Fit, placed: tuple[Effect, ...], effects: Sequence[Effect]
     ) -> FiniteSize:
         """Local effects in the space of the model's own modes; whole members by continuation where
-        the model is far off."""
-        around, model = scene_of(nominal, BASIS), nominal.setting.model
+        the model is far off. Nothing where shapes of a repeated eigenvalue have no derivative."""
+        try:
+            around, model = scene_of(nominal, BASIS), nominal.setting.model
+        except ModelError:
+            return FiniteSize([], [])
         scores = [
             Score(effects[k], 1.0 - left / around.total, np.array([size]), exact=True)
             for k, (left, size) in scan(around, effects).items()

@@ -10,6 +10,7 @@ import numpy as np
 from cvxupdate.diagnose.fit import Fit
 from cvxupdate.diagnose.screen.projection import Linearised, Projection, norms
 from cvxupdate.diagnose.types import Real, Score
+from cvxupdate.errors import ModelError
 from cvxupdate.fe.modes import natural_modes
 from cvxupdate.fe.rigid import rigid_body_modes
 from cvxupdate.physics.effect import Effect
@@ -57,9 +58,13 @@ def columns_of(fit: Fit, effects: Sequence[Effect]) -> list[Real | None]:
 
 
 def first_order(fit: Fit, effects: Sequence[Effect]) -> list[Score]:
-    """Scores in the order of ``effects``."""
-    left = Projection.of(linearised(fit))
+    """Scores in the order of ``effects``; nothing where shapes of a repeated eigenvalue have no
+    derivative."""
     out = [Score(e, 0.0, np.zeros(e.count)) for e in effects]
+    try:
+        left = Projection.of(linearised(fit))
+    except ModelError:
+        return out
     columns = columns_of(fit, effects)
     alone = [k for k, J in enumerate(columns) if J is not None and J.shape[1] == 1]
     for first in range(0, len(alone), TOGETHER):

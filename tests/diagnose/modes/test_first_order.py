@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from cvxupdate.diagnose.modes.first_order import first_order
+from cvxupdate.errors import ModelError
 
 
 def test_fractions_are_those_of_the_models_that_grow(tried):
@@ -46,3 +47,17 @@ def test_fractions_are_those_of_the_models_that_grow(tried):
             assert told[c.name].fraction == pytest.approx(fraction, abs=2e-4) and told[c.name].p[
                 0
             ] == pytest.approx(x[-1], rel=1e-2, abs=1e-6), c.name
+
+
+def test_nothing_is_scored_where_a_repeated_eigenvalue_has_no_derivatives(tried, monkeypatch):
+    """A free bar on its two cords, one effect taken out as it was: the diagnosis ended in an
+    error."""
+    evidence, base, candidates = tried
+
+    def repeated(point):
+        raise ModelError("its shapes are not determined one by one.")
+
+    monkeypatch.setattr(type(base.point), "system", repeated)
+    assert {s.fraction for s in evidence.first_order(base, candidates)} == {0.0}
+    found = evidence.finite_size(base, base, (), candidates)
+    assert not found.scores and not found.seeds
