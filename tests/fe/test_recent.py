@@ -60,4 +60,4 @@ def test_figures_are_kept_as_long_as_their_object_lives():
     again = Owner(3)  # equal, and another
     assert once(again) == 9 and asked[-1] == 3 and len(asked) == 2 * HELD + 1
     del owners
-    assert len(once._known) == 1
+    assert len(once._held) == 1
