@@ -10,7 +10,7 @@ from cvxupdate.diagnose.search.driven import settled, shaken
 from cvxupdate.diagnose.search.guided import brought_near
 from cvxupdate.diagnose.search.met import by_modes
 from cvxupdate.diagnose.search.race import merged
-from cvxupdate.diagnose.search.search import Found, names_tried
+from cvxupdate.diagnose.search.search import Found, by_count, names_tried
 from cvxupdate.diagnose.settings import EXPLAINED, HOPELESS
 from cvxupdate.diagnose.types import Evidence, Progress
 from cvxupdate.physics.effect import MODES
@@ -31,9 +31,8 @@ def nearest(evidence: Evidence, progress: Progress) -> Near:
     several = [h for h in near if len(h.effects) > 1]
     if enough:
         several = merged(several, shaken(evidence, several, progress))
-    singles = [h for h in near if len(h.effects) == 1]
-    found = Found((), tuple(settled(evidence, singles)), tuple(settled(evidence, several)))
-    return Near(found, enough)
+    told = settled(evidence, [*(h for h in near if len(h.effects) == 1), *several], progress)
+    return Near(Found((), *by_count(told)), enough)
 
 
 def with_near(found: Found, near: Found) -> Found:

@@ -44,6 +44,8 @@ from cvxupdate.diagnose.types import Evidence, Key, Progress, Score
 from cvxupdate.physics import effect_types
 from cvxupdate.physics.effect import MODES, MOTION
 
+Sets = tuple[Hypothesis, ...]
+
 
 @dataclass(frozen=True)
 class Found:
@@ -52,8 +54,8 @@ class Found:
     that was refitted at least once the fraction of the misfit that it left there (``entries``)."""
 
     scores: tuple[Score, ...] = ()
-    singles: tuple[Hypothesis, ...] = ()
-    several: tuple[Hypothesis, ...] = ()
+    singles: Sets = ()
+    several: Sets = ()
     stable: Mapping[Key, float] = field(default_factory=dict)
     entries: tuple[tuple[Hypothesis, float], ...] = ()
 
@@ -104,8 +106,7 @@ def search(evidence: Evidence, progress: Progress, seen: Seen = NOTHING) -> Foun
     several = merged(several, at_last(evidence, several, progress))
     return Found(
         tuple(best_of(*rankings)),
-        tuple(settled(evidence, singles)),
-        tuple(settled(evidence, several)),
+        *by_count(settled(evidence, [*singles, *several], progress)),
         {s.effect.key: part for s, part in stable},
         tuple((h, h.fit.misfit / bases[0].misfit) for h in entries),
     )
@@ -137,12 +138,8 @@ def _sharpened(
     evidence: Evidence, smooth: Smooth, progress: Progress
 ) -> tuple[list[Hypothesis], list[Hypothesis]]:
     """Single effects and sets of them, to the end."""
-    coarse, grown, reached, pattern = (
-        smooth.coarse,
-        smooth.grown.sets,
-        smooth.reached,
-        smooth.pattern,
-    )
+    coarse, grown = smooth.coarse, smooth.grown.sets
+    reached, pattern = smooth.reached, smooth.pattern
     if reached:
         coarse = coarse[:STAYING]  # no single effect comes near
     elif not pattern and coarse and coarse[0].penalised > OPEN * EXPLAINED:
@@ -203,6 +200,11 @@ def _lighter(
     if several and len(several[0].effects) > 2:
         lighter += backward(evidence, several[0], progress)[1]
     return [*lighter, *beside_a_rig(evidence, merged(several, lighter), alone, progress)]
+
+
+def by_count(sets: Sequence[Hypothesis]) -> tuple[Sets, Sets]:
+    """Those of one effect, and of several."""
+    return tuple(_alone(sets)), tuple(h for h in sets if len(h.effects) > 1)
 
 
 def _alone(sets: Sequence[Hypothesis]) -> list[Hypothesis]:

@@ -16,6 +16,7 @@ from cvxupdate.diagnose.search.backward import backward, merit
 from cvxupdate.diagnose.search.driven import settled
 from cvxupdate.diagnose.search.driven import shaken as with_shaker
 from cvxupdate.diagnose.search.plainer import plainer
+from cvxupdate.diagnose.search.race import refitted
 from cvxupdate.diagnose.types import Score, Seed
 from cvxupdate.physics.sensor_mass import SensorMass
 from cvxupdate.physics.shaker import WITH_DRIVE, DriveMass, ShakerAttachment
@@ -104,11 +105,25 @@ def test_at_the_first_drive_it_is_the_same(goes):
 def test_what_was_held_out_says_whether_it_went_along(request, truth):
     evidence = request.getfixturevalue(truth)
     h = shaken(evidence)
-    (found,) = settled(evidence, [h])
+    (found,) = settled(evidence, [h], quiet)
     went = any(WITH_DRIVE in e.key for e in found.effects)
     assert went == (truth == "goes")
     other = evidence.approach.with_drive(h) if truth == "stays" else h
     assert evidence.errors(found.fit).hold_out < 0.5 * evidence.errors(other.fit).hold_out
+
+
+def test_a_shaker_that_stays_is_a_mass_and_a_spring_of_the_structure(chain, lab, measure):
+    """Of which one is left where there is no more."""
+    names = ("added_mass", "grounding_spring", "flexible_support")
+    heavy = lab(m=(0.0, 0.0, 0.0, HEAVY))
+    evidence = evidence_of(chain, measure, (heavy, heavy), names)
+    fitted = refitted(evidence, shaken(evidence, (HEAVY, 1.0)).onward, "sharp")
+    found = settled(evidence, [fitted], quiet)
+    told = sorted([e.physics for e in h.effects] for h in found)
+    assert told == [["added_mass"], ["added_mass", "grounding_spring"], ["grounding_spring"]]
+    best = max(found, key=merit)
+    assert [e.physics for e in best.effects] == ["added_mass"] and not best.effects[0].spot
+    assert best.values[0]["m"] == pytest.approx(HEAVY, rel=0.02)
 
 
 def test_it_is_taken_out_and_placed_again_as_one_that_goes(goes):
@@ -127,7 +142,7 @@ def test_nothing_goes_along_where_nothing_stands_or_no_other_place_is_driven(
 ):
     bare = Hypothesis((), goes.bases[-1])
     assert goes.approach.with_drive(bare) is None
-    assert settled(goes, [bare]) == [bare]
+    assert settled(goes, [bare], quiet) == [bare]
     spec, model = chain
     real = driven(lab, 4)
     one = (measure(real, 4, seed=1), measure(real, 4, "hold-out", seed=2))
@@ -143,7 +158,7 @@ def test_a_set_that_tells_elsewhere_much_worse_is_tried_with_a_shaker(goes, monk
     assert errors.hold_out < 2.0 * errors.fit and with_shaker(goes, [bare], quiet) == []
     monkeypatch.setattr(sys.modules["cvxupdate.diagnose.search.driven"], "TWICE", 0.0)
     (found,) = with_shaker(goes, [bare], quiet)
-    (moved,) = settled(goes, [found])
+    (moved,) = settled(goes, [found], quiet)
     assert WITH_DRIVE in moved.effects[0].key
     assert moved.figures[0].values["m"] == pytest.approx(HEAVY, rel=0.1)
     assert (
