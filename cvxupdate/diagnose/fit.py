@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Protocol
@@ -16,6 +17,7 @@ from cvxupdate.diagnose.settings import (
     NOISE_KNOWN,
     RESOLVED,
 )
+from cvxupdate.errors import ModelError
 from cvxupdate.fe.elements.base import Real
 from cvxupdate.fe.model import Model
 from cvxupdate.physics.fault import Fault
@@ -23,6 +25,7 @@ from cvxupdate.recordings.quantiles import chi_square_above
 from cvxupdate.update.trust_region import Options, iterate
 
 SMALL = 1e-12  # variance of a row without noise or discrepancy
+PLENTY = 100  # rows, of which it does not matter how many a few unknowns take up
 GRID = 25  # levels of the model's discrepancy, over which the evidence is averaged
 
 
@@ -173,6 +176,22 @@ class Fit:
     def noise_deviations(self) -> Real:
         """The same of the recordings' noise alone."""
         return self._spread[1]
+
+    def spare(self, first: int) -> float:
+        """Rows that the first so many unknowns do not take up: each takes up as much of one as the
+        rows tell of it beside its prior (MacKay 1992, well-determined parameters). All of one where
+        rows are `PLENTY`, or a repeated eigenvalue has no derivatives."""
+        least = float(self.rows - first)
+        with suppress(ModelError):
+            return least if least >= PLENTY else self.rows - float(np.sum(self._determined[:first]))
+        return least
+
+    @cached_property
+    def _determined(self) -> Real:
+        """Of each unknown the part that the rows tell, (columns,), 0 to 1."""
+        A, _ = self.point.system().weighted()
+        prior = 1.0 / self.setting.scales**2
+        return np.asarray(1.0 - np.diag(inverted(A.T @ A + np.diag(prior))) * prior)
 
     @cached_property
     def _spread(self) -> tuple[Real, Real]:

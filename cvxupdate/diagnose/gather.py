@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING
@@ -27,7 +28,7 @@ from cvxupdate.diagnose.responses.moving import NOTHING, Carried
 from cvxupdate.diagnose.responses.worth import mesh_for
 from cvxupdate.diagnose.settings import EXPLAINED, LOOK, LOWER, OPEN
 from cvxupdate.diagnose.types import Evidence, Progress
-from cvxupdate.errors import InputError
+from cvxupdate.errors import InputError, ModelError
 from cvxupdate.fe.analysis.corners import corner_nodes
 from cvxupdate.fe.internal import is_nonlinear
 from cvxupdate.fe.model import Model
@@ -115,7 +116,7 @@ def _by_modes(
     fewest: int,
 ) -> Evidence | None:
     """What the modes in responses tell that are in a band (Hz), with tables ``beside``; None where
-    there are none."""
+    there are none, or the model has two at one frequency, of which no derivatives tell."""
     fitted, held = (
         [r for r in recordings if (r.origin.use == "fit") == use] for use in (True, False)
     )
@@ -126,7 +127,9 @@ def _by_modes(
         return None
     part, sought = budget.rest(LOOK), _sought(spec)
     later = partial(identified, held, band, progress, each=True)
-    return modes_evidence(spec, model, tables, sought, progress, part, seen=seen, later=later)
+    with suppress(ModelError):
+        return modes_evidence(spec, model, tables, sought, progress, part, seen=seen, later=later)
+    return None
 
 
 def _responses(

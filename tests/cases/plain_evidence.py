@@ -133,6 +133,9 @@ class PlainFit:
     def free(self) -> float:
         return self.independent
 
+    def spare(self, first: int) -> float:
+        return self.rows - first
+
     @property
     def cost(self) -> float:
         return self.misfit * self.rows

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 import scipy.signal
 
+from cvxupdate.diagnose import gather
 from cvxupdate.diagnose.gather import gathered
 from cvxupdate.diagnose.hypothesis import Hypothesis, together
 from cvxupdate.diagnose.judge.by_modes import ByModes
@@ -20,6 +21,7 @@ from cvxupdate.diagnose.modes.tables import off_nodes, prepared
 from cvxupdate.diagnose.search.carried import carried
 from cvxupdate.diagnose.search.grown import on_these
 from cvxupdate.diagnose.settings import BESIDE
+from cvxupdate.errors import ModelError
 from cvxupdate.physics.place import Place
 from cvxupdate.recordings.types import Channel, FrequencyResponse, Origin, TimeHistory
 from cvxupdate.study import open_problem
@@ -207,3 +209,17 @@ def test_sensors_beside_their_nodes_read_the_slope_there(problem: Path, look: By
     assert wide.measured[0].shape_std == pytest.approx(table.shape_std), "that is no noise"
     turned = replace(table, channels=tuple(replace(c, dof="ry") for c in table.channels))
     assert np.all(off_nodes(point, 0, turned) == 0.0)
+
+
+def test_a_repeated_eigenvalue_leaves_the_responses_alone(problem: Path, monkeypatch) -> None:
+    """Modes that have no derivatives tell nothing; a free beam (the rigs' 4646) ended in an
+    error."""
+
+    def repeated(*_: object, **__: object) -> None:
+        raise ModelError("a repeated eigenvalue is singular.")
+
+    spec, model, recordings = open_problem(problem)
+    evidence = gathered(spec, model, recordings, quiet)
+    assert evidence.by_modes(3) is not None
+    monkeypatch.setattr(gather, "modes_evidence", repeated)
+    assert evidence.by_modes(3) is None

@@ -26,7 +26,7 @@ from cvxupdate.diagnose.judge.groups import group_findings, loose_groups
 from cvxupdate.diagnose.judge.jumble import jumbled
 from cvxupdate.diagnose.judge.median import in_common, median
 from cvxupdate.diagnose.judge.middle import in_the_middle
-from cvxupdate.diagnose.judge.parts import parts_of
+from cvxupdate.diagnose.judge.parts import in_time, parts_of
 from cvxupdate.diagnose.judge.posterior import log_odds, rivals
 from cvxupdate.diagnose.judge.soundness import said_plainly, sound
 from cvxupdate.diagnose.nominal.wanted import sought
@@ -271,7 +271,7 @@ def _findings(
     behind = [float(np.exp(log_odds(final, case) - log_odds(w, case))) for w in near]
     parts = parts_of(case, final)
     out = []
-    told = [k for k, s in enumerate(standings) if s.told]
+    told = in_time(case, final, [k for k, s in enumerate(standings) if s.told], parts)
     for k in sorted(told, key=lambda k: -parts[k]):
         effect, figures = h.effects[k], h.figures[k]
         same = equivalents(effect, h, [w.hypothesis for w in near])

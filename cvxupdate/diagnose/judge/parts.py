@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from cvxupdate.diagnose.hypothesis import without
 from cvxupdate.diagnose.judge.acceptance import Case, Weighed
+from cvxupdate.diagnose.nominal.wanted import usual
 
 
 def parts_of(case: Case, final: Weighed) -> list[float]:
@@ -23,3 +26,17 @@ def parts_of(case: Case, final: Weighed) -> list[float]:
     if not np.all(np.isfinite(back)) or back.sum() <= 0.0:
         return [taken if np.isinf(b) else taken / len(rests) for b in back]
     return [taken * float(b) / float(back.sum()) for b in back]
+
+
+def in_time(case: Case, final: Weighed, told: Sequence[int], parts: Sequence[float]) -> list[int]:
+    """Of the effects that are ``told`` all where the search came to its end. Else of what had to be
+    sought the one that explains more than all others of it together, if there is one: they were
+    added one by one to what the first left, and the exchanges that would have shown what they stand
+    for were not made."""
+    effects = final.hypothesis.effects
+    found = [k for k in told if not usual(case.evidence, effects[k])]
+    if not case.evidence.unfinished or len(found) < 2:
+        return list(told)
+    most = max(parts[k] for k in found)
+    clear = most > sum(parts[k] for k in found) - most
+    return [k for k in told if k not in found or (clear and parts[k] == most)]

@@ -208,7 +208,7 @@ class ModesEvidence(Linear):
             if around.total > 0.0
         ]
         scores += tuned(around, effects, float(model.total_mass()))
-        spare = nominal.rows - len(model.parameters) - SPARE
+        spare = nominal.spare(len(model.parameters)) - SPARE
         scores += on_fixtures(around, [e for e in effects if e.count <= spare + 1], nominal.p)
         far = not placed and self.errors(parent).fit > FAR_OFF
         return FiniteSize(scores, whole_members(parent, effects, self._space) if far else [])

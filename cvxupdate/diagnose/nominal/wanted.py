@@ -5,6 +5,7 @@ from __future__ import annotations
 from cvxupdate.diagnose.hypothesis import Hypothesis, of_a_rig, together, without
 from cvxupdate.diagnose.settings import BY_THEORY, NEAR_THEORY
 from cvxupdate.diagnose.types import Evidence
+from cvxupdate.physics.effect import Effect
 from cvxupdate.physics.shaker import at_drive
 
 SHEARS = "shear_deformation"
@@ -33,8 +34,9 @@ def expected(evidence: Evidence, h: Hypothesis) -> bool:
 
 def sought(evidence: Evidence, h: Hypothesis) -> int:
     """How many things are supposed that are not `expected`."""
+    return sum(not usual(evidence, e) for e in h.effects)
 
-    def usual(physics: str) -> bool:
-        return evidence.stocky and physics == SHEARS
 
-    return sum(not (of_a_rig(e) or at_drive(e) or usual(e.physics)) for e in h.effects)
+def usual(evidence: Evidence, e: Effect) -> bool:
+    """Whether a rig does it, or theory wants it."""
+    return of_a_rig(e) or at_drive(e) or (evidence.stocky and e.physics == SHEARS)

@@ -68,8 +68,43 @@ def _with_one_more(evidence: Evidence, best: Hypothesis, progress: Progress) -> 
         return []
     progress(f"seeking one effect more beside {best.name}")
     found = sharp_beside(evidence, best, progress)
+    found = merged(found, reseated(evidence, found, progress))
     ranked = sorted(found, key=merit, reverse=True)[:MOVES]
     return merged(found, *(lightened(evidence, h) for h in ranked))
+
+
+def reseated(
+    evidence: Evidence, sets: Sequence[Hypothesis], progress: Progress
+) -> list[Hypothesis]:
+    """The likeliest of sets with another fixture in the place of theirs, beside the rest as it is:
+    stiffness and mass of the first were fitted while something was missing, and a fixture has a
+    valley for every tuning."""
+    out: list[Hypothesis] = []
+    for h in sorted(sets, key=merit, reverse=True)[:MOVES]:
+        stands = [k for k, e in enumerate(h.effects) if e.physics == FIXTURE]
+        rest = without(evidence, h, *stands) if stands else None
+        if rest is None or not rest.effects:
+            continue
+        progress(f"seeking another fixture beside {rest.name}")
+        with suppress(ModelError):
+            parent = Hypothesis(rest.effects, followed_at(rest.fit.setting, rest.fit.p))
+            out += sharp_beside(evidence, parent, progress, MOVES, under_all)
+    return out
+
+
+def beside_fixtures(
+    evidence: Evidence, sets: Sequence[Hypothesis], progress: Progress
+) -> list[Hypothesis]:
+    """Where none of ``sets`` explains and the likeliest rig alone among them stands on a fixture:
+    one effect more beside it, all of it that is as likely. Neither comes near alone: what was
+    sought beside springs was sought beside another structure."""
+    rigs = [h for h in sets if h.effects and expected(evidence, h)]
+    if not rigs or any(evidence.clear(h.fit) for h in sets):
+        return []
+    least = max(map(merit, rigs)) - STRONG / 2.0
+    whole = max((h for h in rigs if merit(h) >= least), key=lambda h: (h.unknowns, merit(h)))
+    stands = any(e.physics == FIXTURE for e in whole.effects)
+    return _with_one_more(evidence, whole, progress) if stands else []
 
 
 def on_rigs(
@@ -81,6 +116,7 @@ def on_rigs(
     tolerance of any model may, in one that was fitted, be what is still missing. Best first."""
     found = on_a_rig(evidence, progress)
     found = merged(found, completed(evidence, _likeliest(merged(known, found)), progress))
+    found = merged(found, beside_fixtures(evidence, merged(known, found), progress))
     every = merged(known, found)
     rigs = [h for h in every if h.effects and expected(evidence, h) and evidence.clear(h.fit)]
     near = _likeliest(rigs)

@@ -16,7 +16,7 @@ from cvxupdate.diagnose.search.backward import backward, merit
 from cvxupdate.diagnose.search.carried import carried
 from cvxupdate.diagnose.search.classes import on_a_rig, sharpened
 from cvxupdate.diagnose.search.coarse import follows
-from cvxupdate.diagnose.search.completed import completed, with_one_more
+from cvxupdate.diagnose.search.completed import beside_fixtures, completed, with_one_more
 from cvxupdate.diagnose.search.race import merged, tenable
 from cvxupdate.diagnose.settings import EXPLAINED, OPEN, SEVERAL_LEVEL, STAYING
 from cvxupdate.diagnose.types import Evidence, Key, Progress, Seed
@@ -73,6 +73,7 @@ def _told(modes: Evidence, progress: Progress) -> list[Hypothesis]:
     found = on_a_rig(modes, progress)
     if found and not modes.clear(found[0].fit):
         found = _ranked(found, completed(modes, found[:1], progress))
+        found = _ranked(found, beside_fixtures(modes, found, progress))
     return _ranked(found, with_one_more(modes, found[0], progress)) if found else []
 
 

@@ -272,7 +272,7 @@ def _instead(
 def _enough(evidence: Evidence, singles: Sequence[Hypothesis]) -> bool:
     """Whether one effect is enough, or more than one could not be told."""
     base = evidence.bases[-1]
-    spare = base.rows - len(evidence.model.parameters)
+    spare = base.spare(len(evidence.model.parameters))
     clear = bool(singles) and evidence.clear(singles[0].fit)
     return base.misfit <= OPEN * EXPLAINED or clear or spare < SPARE
 

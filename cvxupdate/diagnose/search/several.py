@@ -185,7 +185,7 @@ def further(
 
 def room(evidence: Evidence, h: Hypothesis) -> bool:
     """Whether a further effect may be told beside those of a set."""
-    spare = h.fit.rows - len(evidence.model.parameters) - h.unknowns
+    spare = h.fit.spare(len(evidence.model.parameters)) - h.unknowns
     return not h.full and spare >= SPARE
 
 
