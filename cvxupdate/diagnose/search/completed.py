@@ -31,7 +31,7 @@ from cvxupdate.diagnose.search.several import room
 from cvxupdate.diagnose.settings import EXPLAINED, HALVED, MOVES, STAYING, STRONG
 from cvxupdate.diagnose.types import Evidence, Progress
 from cvxupdate.errors import ModelError
-from cvxupdate.physics.effect import Effect
+from cvxupdate.physics.effect import MODES, Effect
 
 REST = "what else a rig does, beside what brings the model near"
 FAINT = 1e-3  # of the size at which each is as soft as what it holds: fits begin where they are
@@ -68,7 +68,8 @@ def _with_one_more(evidence: Evidence, best: Hypothesis, progress: Progress) -> 
         return []
     progress(f"seeking one effect more beside {best.name}")
     found = sharp_beside(evidence, best, progress)
-    found = merged(found, reseated(evidence, found, progress))
+    if evidence.told_by == MODES:
+        found = merged(found, reseated(evidence, found, progress))
     ranked = sorted(found, key=merit, reverse=True)[:MOVES]
     return merged(found, *(lightened(evidence, h) for h in ranked))
 
@@ -76,9 +77,9 @@ def _with_one_more(evidence: Evidence, best: Hypothesis, progress: Progress) -> 
 def reseated(
     evidence: Evidence, sets: Sequence[Hypothesis], progress: Progress
 ) -> list[Hypothesis]:
-    """The likeliest of sets with another fixture in the place of theirs, beside the rest as it is:
-    stiffness and mass of the first were fitted while something was missing, and a fixture has a
-    valley for every tuning."""
+    """The likeliest of sets by tables with another fixture in the place of theirs, beside the rest
+    as it is: stiffness and mass of the first were fitted while something was missing, and a fixture
+    has a valley for every tuning."""
     out: list[Hypothesis] = []
     for h in sorted(sets, key=merit, reverse=True)[:MOVES]:
         stands = [k for k, e in enumerate(h.effects) if e.physics == FIXTURE]

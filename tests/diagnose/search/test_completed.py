@@ -151,3 +151,13 @@ def test_groups_that_hardly_scatter_leave_room_for_effects(tmp_path) -> None:
     (finding,) = [f for f in found.findings if f.place.elements == (102,)]
     assert finding.physics == "stiffness_change" and finding.confidence > 0.9
     assert finding.parameters["factor"] == pytest.approx(0.608, rel=0.15)
+
+
+def test_responses_keep_the_fixture_that_was_found_in_them(monkeypatch) -> None:
+    """They are not compared mode by mode, as tables are."""
+    stands = supposed(PlainFit(2.0, independent=20.0), rig("flexible_support", nodes=(1,)))
+    more = supposed(PlainFit(1.0, independent=20.0), *stands.effects, effect(nodes=(5,)))
+    monkeypatch.setattr(module, "sharp_beside", lambda *_: [more])
+    monkeypatch.setattr(module, "room", lambda *_: True)
+    monkeypatch.setattr(module, "lightened", lambda *_: [])
+    assert with_one_more(PlainEvidence(told_by="responses"), stands, quiet) == [more]
