@@ -19,7 +19,7 @@ from cvxupdate.physics.fault import Fault
 from cvxupdate.physics.place import all_together
 from cvxupdate.physics.shaker import at_drive
 
-FIXTURE = "flexible_support"  # what a rig stands on
+FIXTURE, SPRINGS = "flexible_support", "grounding_spring"  # what a rig stands on
 GROUPS = "stiffness and mass of whole groups far beyond their usual scatter"
 PARTS = ("added_mass", "grounding_spring")  # what supports, shakers and fixtures are made of
 

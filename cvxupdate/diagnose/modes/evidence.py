@@ -20,6 +20,7 @@ from cvxupdate.diagnose.modes.first_order import columns_of, first_order, linear
 from cvxupdate.diagnose.modes.fits import fitted_from, space_around, taken_at
 from cvxupdate.diagnose.modes.fixtures import on_fixtures
 from cvxupdate.diagnose.modes.further import further_of
+from cvxupdate.diagnose.modes.identified import driven
 from cvxupdate.diagnose.modes.kinds import departs, whole_within
 from cvxupdate.diagnose.modes.levels import level_change
 from cvxupdate.diagnose.modes.members import whole_members
@@ -142,9 +143,9 @@ class ModesEvidence(Linear):
         def released(node: int, kind: str) -> Model:
             return regrown(self.release(node, kind), model)
 
-        own = elements_of(self.file or self.model)
-        told = (self.tables.top, self.tables.bottom, (), self.supports, released, zeta)
-        return SearchContext(model, m.K, m.M, *told, self.tables.heavy, own=own, undamped=True)
+        t, own = self.tables, elements_of(self.file or self.model)
+        held = (self.supports, released, zeta, t.heavy, driven(t.seen))
+        return SearchContext(model, m.K, m.M, t.top, t.bottom, (), *held, own=own, undamped=True)
 
     def candidates(self, model: Model, names: Sequence[str] | None = None) -> list[Effect]:
         """Every effect at every place of a model that the file has."""

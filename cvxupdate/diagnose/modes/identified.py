@@ -12,6 +12,7 @@ from cvxupdate.diagnose.modes.foreign import without
 from cvxupdate.diagnose.nominal.linear import SAME, different
 from cvxupdate.diagnose.types import Progress, Real
 from cvxupdate.errors import RecordingError
+from cvxupdate.physics.shaker import MOST
 from cvxupdate.recordings.types import Channel, FrequencyResponse, ModeTable, TimeHistory
 
 FEWEST = 5  # modes: fewer tell little of what is missing
@@ -30,6 +31,13 @@ class Identified:
     table: ModeTable
     drives: tuple[Channel, ...]
     constants: Real
+
+
+def driven(seen: Sequence[Identified]) -> tuple[str, ...]:
+    """Where a shaker stood, at one place or two, which brings its mass along: labels of DOFs. A
+    hammer that goes from place to place brings nothing."""
+    labels = tuple(dict.fromkeys(f"n{c.node}.{c.dof}" for s in seen for c in s.drives))
+    return labels if len(labels) <= MOST else ()
 
 
 def identified(

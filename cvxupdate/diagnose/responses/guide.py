@@ -12,6 +12,7 @@ import numpy as np
 from cvxupdate.diagnose.fit import Fit
 from cvxupdate.diagnose.hypothesis import (
     FIXTURE,
+    SPRINGS,
     Hypothesis,
     at_nominal,
     further,
@@ -75,11 +76,13 @@ class Guide:
         bare = at_nominal(self.evidence, Hypothesis((), self.evidence.bases[0]), SEVERAL_LEVEL)
         return by_theory(self.evidence, bare) or bare
 
-    def rigged(self, parent: Hypothesis) -> Hypothesis | None:
+    def rigged(self, parent: Hypothesis, held: bool = False) -> Hypothesis | None:
         """A parent with all that a rig does, as yet of no size: what hardly a test is without, in
-        some measure. The fit tells in what. Supports that stand on a fixture give way with it."""
+        some measure. The fit tells in what. Supports that stand on a fixture give way with it;
+        ``held``: those that it lets give way do so as it says."""
         rig = _classes(self._rig(parent), parent.effects)
-        fixed = any(e.physics == FIXTURE and not at_drive(e) for e in parent.effects)
+        mounts = (FIXTURE, SPRINGS) if held else (FIXTURE,)
+        fixed = any(e.physics in mounts and not at_drive(e) for e in parent.effects)
         found = together(self.evidence, parent, _widest(rig) if fixed else rig)
         return None if found is parent else found
 

@@ -19,9 +19,9 @@ class Approach(Protocol):
     def begun(self) -> Hypothesis:
         """What sets grow on: the model with nominal nuisance parameters and what theory wants."""
 
-    def rigged(self, parent: Hypothesis) -> Hypothesis | None:
-        """A parent with all that a rig does, as yet of no size; None where there is no such
-        thing."""
+    def rigged(self, parent: Hypothesis, held: bool = False) -> Hypothesis | None:
+        """A parent with all that a rig does, as yet of no size (``held``: supports that it lets
+        give way do so as it says); None where there is no such thing."""
 
     def alike(self, parent: Hypothesis) -> Hypothesis | None:
         """A parent with the fewest things that a rig may be, as yet of no size; None where that is

@@ -20,11 +20,12 @@ from cvxupdate.diagnose.search.beside import beside
 from cvxupdate.diagnose.search.race import entered, merged, raced, refitted
 from cvxupdate.diagnose.search.several import room
 from cvxupdate.diagnose.settings import EXPLAINED, HOPELESS, PARTNERS, STAYING
-from cvxupdate.diagnose.types import Evidence, Progress
+from cvxupdate.diagnose.types import Evidence, Key, Progress
 from cvxupdate.physics.effect import MODES, Effect
+from cvxupdate.physics.shaker import at_drive
 
 BEGUN = 0.1  # of the size at which each is as soft as what it holds: fits begin there
-JOINTS = "joint_flexibility"
+JOINTS, LUMP = "joint_flexibility", "added_mass"
 
 
 def alike_everywhere(evidence: Evidence, progress: Progress) -> list[Hypothesis]:
@@ -49,7 +50,8 @@ def on_a_rig(evidence: Evidence, progress: Progress) -> list[Hypothesis]:
     found = at_once(evidence, progress)
     if not found or evidence.clear(found[0].fit):
         return found
-    whole = max(found, key=lambda h: (h.unknowns, merit(h)))
+    alike = [h for h in found if in_directions(h.effects) == in_directions(found[0].effects)]
+    whole = max(alike, key=lambda h: (h.unknowns, merit(h)))
     if not room(evidence, whole) or evidence.hurried:
         return found
     progress("seeking beside all that a rig does everywhere")
@@ -99,12 +101,19 @@ def at_once(evidence: Evidence, progress: Progress, again: bool = True) -> list[
 
 
 def at_once_beside(evidence: Evidence, parent: Hypothesis) -> list[Hypothesis]:
-    """A parent with all that a rig does everywhere, with and without the joints, the likelier one
-    freed of what the evidence is better without."""
-    rig = [e for e in widest(evidence.candidates(evidence.model)) if e.key not in parent.keys]
-    without = [e for e in rig if e.physics != JOINTS]
-    ways = [rig, without] if len(without) < len(rig) else [rig]
-    return likelier_with(evidence, parent, [way for way in ways if way])
+    """A parent with all that a rig does everywhere, with and without the joints, what acts in
+    several directions in each by itself and in all alike; the likeliest of them freed of what the
+    evidence is better without. Springs in six directions bend to what is missing besides, those
+    with one number hardly do. In modes that were identified there is what stood at the drive."""
+    known = evidence.candidates(evidence.model)
+    brought = [e for e in known if e.physics == LUMP and at_drive(e)]
+    brought = brought if evidence.told_by == MODES else []
+    ways: dict[frozenset[Key], list[Effect]] = {}
+    for rig in (widest(known), widest(known, directed=False)):
+        own = [e for e in (*rig, *brought) if e.key not in parent.keys]
+        for way in (own, [e for e in own if e.physics != JOINTS]):
+            ways.setdefault(frozenset(e.key for e in way), way)
+    return likelier_with(evidence, parent, [way for way in ways.values() if way])
 
 
 def likelier_with(
@@ -146,8 +155,9 @@ def sharpened(evidence: Evidence, whole: Hypothesis, progress: Progress) -> list
     return [*sharp, *(lighter for h in sharp for lighter in lightened(evidence, h))]
 
 
-def widest(candidates: Sequence[Effect]) -> list[Effect]:
-    """Of what a rig does with one unknown, by effect and direction the one at most places."""
+def widest(candidates: Sequence[Effect], directed: bool = True) -> list[Effect]:
+    """Of what a rig does with one unknown, by effect and direction the one at most places; not
+    ``directed``: those that act alike in all directions instead, where there are such."""
     most: dict[tuple[str, str | None], Effect] = {}
     for e in candidates:
         if not e.type.rig or e.change is None or e.count != 1:
@@ -155,8 +165,17 @@ def widest(candidates: Sequence[Effect]) -> list[Effect]:
         key = (e.physics, e.place.dof)
         if key not in most or places_of(e) > places_of(most[key]):
             most[key] = e
-    directed = {physics for physics, dof in most if dof is not None}
-    return [e for (physics, dof), e in most.items() if dof is not None or physics not in directed]
+    instead = {physics for physics, dof in most if (dof is not None) == directed}
+    return [
+        e
+        for (physics, dof), e in most.items()
+        if (dof is not None) == directed or physics not in instead
+    ]
+
+
+def in_directions(effects: Sequence[Effect]) -> bool:
+    """Whether one of what a rig does at several places acts in a direction by itself."""
+    return any(places_of(e) > 1 and e.place.dof is not None for e in effects if e.type.rig)
 
 
 def of_classes(effects: Sequence[Effect]) -> list[Effect]:

@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from contextlib import suppress
 
-from cvxupdate.diagnose.hypothesis import FIXTURE, Hypothesis, further, without
+from cvxupdate.diagnose.hypothesis import FIXTURE, SPRINGS, Hypothesis, further, without
 from cvxupdate.diagnose.modes.fits import followed_at
 from cvxupdate.diagnose.nominal.wanted import by_theory, expected
 from cvxupdate.diagnose.search.backward import merit
@@ -35,7 +35,6 @@ from cvxupdate.physics.effect import MODES, Effect
 
 REST = "what else a rig does, beside what brings the model near"
 FAINT = 1e-3  # of the size at which each is as soft as what it holds: fits begin where they are
-SPRINGS = "grounding_spring"
 TIE = 1e-3  # nats: mirror images of a symmetric structure, on every machine the same
 
 

@@ -86,15 +86,15 @@ def _each(told: Sequence[Hypothesis]) -> list[Hypothesis]:
 
 
 def _here(evidence: Evidence, told: Hypothesis, progress: Progress) -> list[Hypothesis]:
-    """What modes told on these responses with the rest of a rig, freed of what is likelier without:
-    brought near first by a comparison that no line can dominate; and by weighted squares at once
-    where that does not explain, for the comparison leaves open how much a channel reads. Likeliest
-    first."""
+    """What modes told on these responses with the rest of a rig (how supports give way they say),
+    freed of what is likelier without: brought near first by a comparison that no line can dominate;
+    and by weighted squares at once where that does not explain, for the comparison leaves open how
+    much a channel reads. Likeliest first."""
     approach, here = evidence.approach, carried(evidence, told)
     if approach is None or here is None:
         return []
     progress(f"fitting {told.name} to the responses")
-    begun = approach.rigged(here) or here
+    begun = approach.rigged(here, held=True) or here
     found: list[Hypothesis] = []
     for whole in (_near(evidence, begun), begun):
         if whole is not None and tenable(evidence, whole):

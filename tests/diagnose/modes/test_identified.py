@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cvxupdate.diagnose.modes.identified import heard
+from cvxupdate.diagnose.modes.identified import Identified, driven, heard
 from cvxupdate.recordings.types import Channel, ModeTable, Origin
 
 CHANNELS = tuple(Channel(n, "x", "displacement") for n in (1, 2, 3, 4))
@@ -40,3 +40,14 @@ def test_a_shape_of_which_nothing_is_known_stays_as_it_is():
     found = heard(table([unknown[0]], [unknown[1]]))
     np.testing.assert_allclose(found.shapes[0], unknown[0])
     np.testing.assert_allclose(found.shape_std[0], unknown[1])
+
+
+def test_a_shaker_stands_at_a_place_or_two():
+    """And brings its mass; a hammer goes from place to place."""
+
+    def at(*nodes: int) -> Identified:
+        drives = tuple(Channel(n, "x", "force") for n in nodes)
+        return Identified(table([[1.0, 0.5, 0.2, 0.1]], [[0.0, 0.1, 0.1, 0.1]]), drives, np.ones(1))
+
+    assert driven([at(2), at(2, 3)]) == ("n2.x", "n3.x")
+    assert driven([at(2), at(3), at(4)]) == () == driven([])

@@ -9,11 +9,14 @@ import pytest
 
 from cvxupdate.diagnose.gather import gathered
 from cvxupdate.diagnose.hypothesis import Hypothesis, together
+from cvxupdate.diagnose.modes.identified import FEW
 from cvxupdate.diagnose.search import classes
 from cvxupdate.diagnose.search.backward import merit
+from cvxupdate.diagnose.search.carried import carried
 from cvxupdate.diagnose.search.classes import (
     alike_everywhere,
     at_once,
+    in_directions,
     lightened,
     of_classes,
     on_a_rig,
@@ -30,6 +33,7 @@ from cvxupdate.spec import load_problem
 from cvxupdate.study import open_problem
 from tests.cases.elements import STEEL, chain, lines, toml
 from tests.cases.plain_evidence import PlainEvidence, PlainFit, effect, rig, supposed
+from validation.rigs import generate
 
 KZ, KR = 4.0e5, 900.0  # N/m, N·m/rad: of a bridge of 4.6 kg on three legs' ends
 AT = [(0.3 * i, 0.0, 0.0) for i in range(9)]
@@ -200,6 +204,9 @@ def test_the_widest_of_each_effect_and_direction() -> None:
     all_feet, two, turned = soft(1, 5, 9), soft(1, 5), soft(1, dof="rz")
     undirected, lump = soft(1, 5, 9, dof=None), effect("added_mass", nodes=(3,))
     assert widest([two, all_feet, turned, undirected, lump]) == [all_feet, turned]
+    assert widest([two, all_feet, turned, undirected, lump], directed=False) == [undirected]
+    assert widest([two, all_feet, turned], directed=False) == [all_feet, turned]
+    assert in_directions([two, lump]) and not in_directions([turned, undirected, lump])
     assert of_classes([two, turned, lump]) == [two]
     assert of_classes([turned, lump]) == [turned]
 
@@ -210,3 +217,24 @@ def test_the_shear_that_theory_wants_stands_beside_all_of_a_rig(monkeypatch) -> 
     monkeypatch.setattr(classes, "by_theory", lambda evidence, parent: begun)
     monkeypatch.setattr(classes, "at_once_beside", lambda evidence, parent: [parent])
     assert at_once(PlainEvidence(stocky=True), quiet, again=False) == [begun]
+
+
+def test_feet_that_give_way_alike_are_told_by_one_number(tmp_path) -> None:
+    """Springs in each direction bend to what is missing besides: of a space frame (the rigs'
+    4402, its modes) all six were wrong, and the lump was told for another thing."""
+    generate.make(4402, tmp_path)
+    spec, model, recordings = open_problem(tmp_path / "problem.toml")
+    responses = gathered(spec, model, recordings, quiet)
+    found = at_once(responses.by_modes(FEW), quiet)
+    (feet,) = [k for k, e in enumerate(found[0].effects) if e.physics == "grounding_spring"]
+    assert found[0].effects[feet].place.dof is None
+    assert found[0].values[feet]["k"] == pytest.approx(3.98e4, rel=0.3)
+    lumps = {e.place.nodes for h in found for e in h.effects if e.physics == "added_mass"}
+    assert lumps == {(15,)}  # where the shaker stood
+
+    def springs(h):
+        return [e.place.dof for e in h.effects if e.physics == "grounding_spring"]
+
+    here = carried(responses, found[0])
+    assert springs(responses.approach.rigged(here, held=True)) == [None]
+    assert len(springs(responses.approach.rigged(here))) > 1
