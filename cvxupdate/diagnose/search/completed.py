@@ -16,7 +16,7 @@ from contextlib import suppress
 
 from cvxupdate.diagnose.hypothesis import FIXTURE, SPRINGS, Hypothesis, further, without
 from cvxupdate.diagnose.modes.fits import followed_at
-from cvxupdate.diagnose.nominal.wanted import by_theory, expected
+from cvxupdate.diagnose.nominal.wanted import by_theory, expected, usual
 from cvxupdate.diagnose.search.backward import merit
 from cvxupdate.diagnose.search.classes import (
     lightened,
@@ -90,6 +90,21 @@ def reseated(
             parent = Hypothesis(rest.effects, followed_at(rest.fit.setting, rest.fit.p))
             out += sharp_beside(evidence, parent, progress, MOVES, under_all)
     return out
+
+
+def in_its_place(evidence: Evidence, best: Hypothesis, progress: Progress) -> list[Hypothesis]:
+    """A set by tables with one thing that had to be sought: others in its place, beside the rest as
+    it is. The rig beside which it was found was bent by what was missing, and showed another place
+    nearest."""
+    sought = [k for k, e in enumerate(best.effects) if not usual(evidence, e)]
+    rest = without(evidence, best, *sought) if len(sought) == 1 else None
+    if rest is None or not rest.effects or evidence.hurried:
+        return []
+    progress(f"seeking in place of {best.effects[sought[0]].name}")
+    with suppress(ModelError):
+        parent = Hypothesis(rest.effects, followed_at(rest.fit.setting, rest.fit.p))
+        return sharp_beside(evidence, parent, progress)
+    return []
 
 
 def beside_fixtures(

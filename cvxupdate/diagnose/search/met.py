@@ -16,7 +16,12 @@ from cvxupdate.diagnose.search.backward import backward, merit
 from cvxupdate.diagnose.search.carried import carried
 from cvxupdate.diagnose.search.classes import on_a_rig, sharpened
 from cvxupdate.diagnose.search.coarse import follows
-from cvxupdate.diagnose.search.completed import beside_fixtures, completed, with_one_more
+from cvxupdate.diagnose.search.completed import (
+    beside_fixtures,
+    completed,
+    in_its_place,
+    with_one_more,
+)
 from cvxupdate.diagnose.search.race import merged, tenable
 from cvxupdate.diagnose.settings import EXPLAINED, OPEN, SEVERAL_LEVEL, STAYING
 from cvxupdate.diagnose.types import Evidence, Key, Progress, Seed
@@ -68,13 +73,15 @@ def _freed(evidence: Evidence, found: Sequence[Hypothesis], progress: Progress) 
 
 def _told(modes: Evidence, progress: Progress) -> list[Hypothesis]:
     """What a rig does by modes, completed where all of it at once does not explain them, with one
-    effect more where that leaves half of what noise makes; likeliest first."""
+    effect more where that leaves half of what noise makes, and others in the place of the likeliest
+    one; likeliest first."""
     progress("seeking what a rig does by the modes in the responses")
     found = on_a_rig(modes, progress)
     if found and not modes.clear(found[0].fit):
         found = _ranked(found, completed(modes, found[:1], progress))
         found = _ranked(found, beside_fixtures(modes, found, progress))
-    return _ranked(found, with_one_more(modes, found[0], progress)) if found else []
+    found = _ranked(found, with_one_more(modes, found[0], progress)) if found else []
+    return _ranked(found, in_its_place(modes, found[0], progress)) if found else []
 
 
 def _each(told: Sequence[Hypothesis]) -> list[Hypothesis]:
