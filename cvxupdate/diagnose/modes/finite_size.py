@@ -19,6 +19,7 @@ from cvxupdate.diagnose.modes.attachment import attachments
 from cvxupdate.diagnose.modes.scene import Scene, assigned
 from cvxupdate.diagnose.types import Real
 from cvxupdate.fe.block import Index
+from cvxupdate.fe.stacked import eigh
 from cvxupdate.physics.effect import Effect, ModelChange
 from cvxupdate.physics.low_rank import low_rank
 from cvxupdate.residual.eigen import padded
@@ -255,7 +256,7 @@ def _trace(where: Scene, changes: Change, sizes: Real, V: Real, at: Index) -> Tr
     """
     n, q = V.shape[0], V.shape[1]
     there, alive = np.arange(n)[:, None], np.ones(n, dtype=bool)
-    w, W = (np.zeros((n, q)), V) if changes.M is None else np.linalg.eigh(changes.M)
+    w, W = (np.zeros((n, q)), V) if changes.M is None else eigh(changes.M)
     out = Trace(
         np.full(sizes.shape, np.inf),
         np.empty((*sizes.shape, q, q)),
@@ -266,12 +267,12 @@ def _trace(where: Scene, changes: Change, sizes: Real, V: Real, at: Index) -> Tr
         stiff[:, np.arange(q), np.arange(q)] += changes.values
         before = np.take_along_axis(V, at[:, None, :], axis=2).transpose(0, 2, 1)
         if changes.M is None:
-            lam, V = np.linalg.eigh(stiff)
+            lam, V = eigh(stiff)
         else:
             mass = 1.0 + p[:, None] * w
             alive = alive & np.all(mass > 0.0, axis=1)
             T = W / np.sqrt(np.where(mass > 0.0, mass, 1.0))[:, None, :]
-            lam, V = np.linalg.eigh(T.transpose(0, 2, 1) @ stiff @ T)
+            lam, V = eigh(T.transpose(0, 2, 1) @ stiff @ T)
             V = T @ V
             before = before + p[:, None, None] * (before @ changes.M)
         at = assigned((before @ V) ** 2)

@@ -21,6 +21,7 @@ from cvxupdate.diagnose.modes.tuned import FEWEST, MARGIN
 from cvxupdate.diagnose.screen.shortlist import best_of
 from cvxupdate.diagnose.types import Key, Real, Score
 from cvxupdate.fe.model import Model
+from cvxupdate.fe.stacked import eigh
 from cvxupdate.physics.effect import Effect
 
 FIXTURE = "fixture"  # the kind of its elements
@@ -98,7 +99,7 @@ class Stood:
         K[:, ends, ends] += k
         M[:, ends, ends] += m
         L = np.linalg.inv(np.linalg.cholesky(M))
-        lam, V = np.linalg.eigh(L @ K @ np.swapaxes(L, 1, 2))
+        lam, V = eigh(L @ K @ np.swapaxes(L, 1, 2))
         V = np.swapaxes(L, 1, 2) @ V
         tails = [np.broadcast_to(t, (n, *t.shape)) for t in self.tails]
         at = where.nearest(np.broadcast_to(where.used, (n, len(where.used))), lam, V, tails)

@@ -15,6 +15,7 @@ import numpy as np
 from cvxupdate.diagnose.modes.scene import Scene
 from cvxupdate.diagnose.settings import OSCILLATOR_MASSES
 from cvxupdate.diagnose.types import Real, Score
+from cvxupdate.fe.stacked import eigh
 from cvxupdate.physics.effect import Effect, HiddenOscillator
 
 MARGIN = 7  # modes above the highest that is used, in which a change can show
@@ -101,7 +102,7 @@ def remaining(where: Scene, row: int, frequency: Real, mass: Real) -> Real:
     stiff[:, np.arange(q), np.arange(q)] += where.many.eigenvalues[:q]
     stiff[:, :q, q] = stiff[:, q, :q] = -(k / np.sqrt(mass))[:, None] * phi
     stiff[:, q, q] = k / mass
-    lam, V = np.linalg.eigh(stiff)
+    lam, V = eigh(stiff)
     tails = [np.zeros((n, len(rows), 1)) for _, rows, _, _ in where.shapes]
     at = where.nearest(np.broadcast_to(where.used, (n, len(where.used))), lam, V, tails)
     own = np.take_along_axis(V, at[:, None, :], axis=2)

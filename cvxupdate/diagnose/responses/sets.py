@@ -19,6 +19,7 @@ from cvxupdate.diagnose.responses.point import ResponsePoint
 from cvxupdate.diagnose.responses.signals import Complex, Real
 from cvxupdate.diagnose.screen.sizes import best_size
 from cvxupdate.diagnose.types import Score
+from cvxupdate.fe.stacked import eigh
 from cvxupdate.fe.synthesis.derivatives import modal_blocks
 from cvxupdate.fe.synthesis.pieces import Response
 from cvxupdate.fe.synthesis.products import times
@@ -181,7 +182,7 @@ def _modes(
     K = np.diag(lam) + stiff[:, None, None] * reduced.K
     massive = np.ones(len(heavy), dtype=bool)
     if not np.any(reduced.M):
-        new, X = np.linalg.eigh(K)
+        new, X = eigh(K)
         return np.maximum(new, 0.0), np.swapaxes(X, 1, 2), massive
     M = np.eye(low) + heavy[:, None, None] * reduced.M
     try:
@@ -192,7 +193,7 @@ def _modes(
         root = np.linalg.cholesky(M)
     half = np.linalg.inv(root)
     other = np.swapaxes(half, 1, 2)
-    new, X = np.linalg.eigh(half @ K @ other)
+    new, X = eigh(half @ K @ other)
     return np.maximum(new, 0.0), np.swapaxes(other @ X, 1, 2), massive
 
 
