@@ -14,6 +14,7 @@ from cvxupdate.diagnose.search.classes import at_once, widest
 from cvxupdate.diagnose.search.completed import (
     beside_fixtures,
     completed,
+    in_its_place,
     on_fixtures,
     on_rigs,
     reseated,
@@ -161,3 +162,22 @@ def test_responses_keep_the_fixture_that_was_found_in_them(monkeypatch) -> None:
     monkeypatch.setattr(module, "room", lambda *_: True)
     monkeypatch.setattr(module, "lightened", lambda *_: [])
     assert with_one_more(PlainEvidence(told_by="responses"), stands, quiet) == [more]
+
+
+def test_others_are_sought_in_the_place_of_the_only_thing_that_was(monkeypatch) -> None:
+    """Beside the rest as it is (the modes of the rigs' 4402: a lump for a softer member)."""
+    asked: list[Hypothesis] = []
+    feet, lump = rig("grounding_spring", nodes=(1,)), effect("added_mass", nodes=(9,))
+    rest = supposed(PlainFit(7.0), feet)
+    monkeypatch.setattr(module, "without", lambda *_: rest)
+    monkeypatch.setattr(module, "followed_at", lambda setting, p: rest.fit)
+    monkeypatch.setattr(module, "sharp_beside", lambda e, h, progress: [asked.append(h)] and [h])
+    one = supposed(PlainFit(0.2), feet, lump)
+    found = in_its_place(PlainEvidence(), one, quiet)
+    assert [h.keys for h in found] == [rest.keys] == [h.keys for h in asked]
+    assert in_its_place(PlainEvidence(), supposed(PlainFit(0.2), feet), quiet) == []
+    two = supposed(PlainFit(0.2), lump, effect(nodes=(5,)))
+    assert in_its_place(PlainEvidence(), two, quiet) == []
+    assert (
+        in_its_place(PlainEvidence(hurried=True), supposed(PlainFit(0.2), feet, lump), quiet) == []
+    )

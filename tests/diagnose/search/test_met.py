@@ -18,7 +18,7 @@ def test_a_rig_that_does_not_explain_the_modes_is_completed(
     monkeypatch: pytest.MonkeyPatch, left: float
 ) -> None:
     """A fixture with a mass is none of what is alike everywhere (the laboratory's 2764); one effect
-    more is sought beside the likeliest in either case."""
+    more is sought beside the likeliest in either case, and others in its place."""
     first, fixed = supposed(PlainFit(left), RIG), supposed(PlainFit(1.5), RIG, BED)
     whole = supposed(PlainFit(0.01), RIG, BED, SOUGHT)
     beside = []
@@ -29,9 +29,17 @@ def test_a_rig_that_does_not_explain_the_modes_is_completed(
 
     monkeypatch.setattr(met, "on_a_rig", lambda evidence, progress: [first])
     monkeypatch.setattr(met, "completed", lambda evidence, near, progress: [*near, fixed])
+    other = supposed(PlainFit(0.02), RIG, BED, effect(nodes=(2,)))
+
+    def in_its_place(evidence: object, best: object, progress: object) -> list[object]:
+        beside.append(best)
+        return [other]
+
     monkeypatch.setattr(met, "with_one_more", with_one_more)
+    monkeypatch.setattr(met, "in_its_place", in_its_place)
     found = met._told(EVIDENCE, print)  # type: ignore[arg-type]
-    assert beside == [first if left < 1.0 else fixed]
+    assert beside == [first if left < 1.0 else fixed, whole]
+    assert {whole.keys, other.keys} < {h.keys for h in found}
     assert whole in found and found == sorted(found, key=met.merit, reverse=True)
 
 
