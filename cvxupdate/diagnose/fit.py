@@ -189,9 +189,14 @@ class Fit:
     @cached_property
     def _determined(self) -> Real:
         """Of each unknown the part that the rows tell, (columns,), 0 to 1."""
+        _, inverse = self._linearised()
+        return np.asarray(1.0 - np.diag(inverse) / self.setting.scales**2)
+
+    def _linearised(self) -> tuple[Real, Real]:
+        """Weighted derivatives A (rows, columns) and the inverse of AᵀA + S⁻² with prior deviations
+        S; the first may be large, and is not kept."""
         A, _ = self.point.system().weighted()
-        prior = 1.0 / self.setting.scales**2
-        return np.asarray(1.0 - np.diag(inverted(A.T @ A + np.diag(prior))) * prior)
+        return A, inverted(A.T @ A + np.diag(1.0 / self.setting.scales**2))
 
     @cached_property
     def _spread(self) -> tuple[Real, Real]:
@@ -199,8 +204,7 @@ class Fit:
         with the part N that noise has in each row; and the same with the model's discrepancy in the
         rest, as large as this fit shows it and alike over as many rows as say the same, but no less
         than H⁻¹ grown with the misfit."""
-        A, _ = self.point.system().weighted()
-        inverse = inverted(A.T @ A + np.diag(1.0 / self.setting.scales**2))
+        A, inverse = self._linearised()
         left = self.cost / max(1, len(A) - A.shape[1])
         heard, noise = inverse @ A.T, self.setting.noise_parts(self.point)
         narrow, rest = (np.einsum("ij,j,ij->i", heard, n, heard) for n in (noise, 1.0 - noise))

@@ -21,7 +21,7 @@ from cvxupdate.physics.shaker import at_drive
 
 FIXTURE, SPRINGS = "flexible_support", "grounding_spring"  # what a rig stands on
 GROUPS = "stiffness and mass of whole groups far beyond their usual scatter"
-PARTS = ("added_mass", "grounding_spring")  # what supports, shakers and fixtures are made of
+PARTS = ("added_mass", SPRINGS)  # what supports, shakers and fixtures are made of
 
 
 @dataclass(frozen=True)

@@ -82,14 +82,22 @@ def reseated(
     out: list[Hypothesis] = []
     for h in sorted(sets, key=merit, reverse=True)[:MOVES]:
         stands = [k for k, e in enumerate(h.effects) if e.physics == FIXTURE]
-        rest = without(evidence, h, *stands) if stands else None
-        if rest is None or not rest.effects:
-            continue
-        progress(f"seeking another fixture beside {rest.name}")
-        with suppress(ModelError):
-            parent = Hypothesis(rest.effects, followed_at(rest.fit.setting, rest.fit.p))
-            out += sharp_beside(evidence, parent, progress, MOVES, under_all)
+        rest = _rest(evidence, h, stands) if stands else None
+        if rest is not None:
+            progress(f"seeking another fixture beside {rest.name}")
+            out += sharp_beside(evidence, rest, progress, MOVES, under_all)
     return out
+
+
+def _rest(evidence: Evidence, h: Hypothesis, gone: Sequence[int]) -> Hypothesis | None:
+    """A set by tables without some of its effects, as it is, its modes followed there; None where
+    nothing is left, or that is no structure."""
+    rest = without(evidence, h, *gone)
+    if rest is None or not rest.effects:
+        return None
+    with suppress(ModelError):
+        return Hypothesis(rest.effects, followed_at(rest.fit.setting, rest.fit.p))
+    return None
 
 
 def in_its_place(evidence: Evidence, best: Hypothesis, progress: Progress) -> list[Hypothesis]:
@@ -97,14 +105,11 @@ def in_its_place(evidence: Evidence, best: Hypothesis, progress: Progress) -> li
     it is. The rig beside which it was found was bent by what was missing, and showed another place
     nearest."""
     sought = [k for k, e in enumerate(best.effects) if not usual(evidence, e)]
-    rest = without(evidence, best, *sought) if len(sought) == 1 else None
-    if rest is None or not rest.effects or evidence.hurried:
+    rest = _rest(evidence, best, sought) if len(sought) == 1 else None
+    if rest is None or evidence.hurried:
         return []
     progress(f"seeking in place of {best.effects[sought[0]].name}")
-    with suppress(ModelError):
-        parent = Hypothesis(rest.effects, followed_at(rest.fit.setting, rest.fit.p))
-        return sharp_beside(evidence, parent, progress)
-    return []
+    return sharp_beside(evidence, rest, progress)
 
 
 def beside_fixtures(
@@ -173,10 +178,8 @@ def _parents(evidence: Evidence, near: Sequence[Hypothesis]) -> list[Hypothesis]
     for h in near:
         names = [e.physics for e in h.effects]
         springs = [k for k, name in enumerate(names) if name == SPRINGS]
-        rest = without(evidence, h, *springs) if springs and FIXTURE not in names else None
-        if rest is not None and rest.effects:
-            with suppress(ModelError):
-                out.append(Hypothesis(rest.effects, followed_at(rest.fit.setting, rest.fit.p)))
+        rest = _rest(evidence, h, springs) if springs and FIXTURE not in names else None
+        out += [] if rest is None else [rest]
     return out
 
 

@@ -80,8 +80,10 @@ def _told(modes: Evidence, progress: Progress) -> list[Hypothesis]:
     if found and not modes.clear(found[0].fit):
         found = _ranked(found, completed(modes, found[:1], progress))
         found = _ranked(found, beside_fixtures(modes, found, progress))
-    found = _ranked(found, with_one_more(modes, found[0], progress)) if found else []
-    return _ranked(found, in_its_place(modes, found[0], progress)) if found else []
+    if not found:
+        return []
+    found = _ranked(found, with_one_more(modes, found[0], progress))
+    return _ranked(found, in_its_place(modes, found[0], progress))
 
 
 def _each(told: Sequence[Hypothesis]) -> list[Hypothesis]:
