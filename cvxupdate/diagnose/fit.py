@@ -139,9 +139,14 @@ class Fit:
         """Whether a fit is as likely, within chance, as one that leaves noise alone: then nothing
         is left that any effect could explain, however much of a sound model's discrepancy the
         weights allow for."""
-        noise = self._known_noise
         chance = 0.5 * self._share * (chi_square_above(1.0 - CHANCE, self.rows) - self.rows)
-        return self.log_likelihood >= self._averaged(noise, noise) - chance
+        return self.log_likelihood >= self.noise_alone - chance
+
+    @property
+    def noise_alone(self) -> float:
+        """Logarithm of the likelihood of a fit that leaves noise alone."""
+        noise = self._known_noise
+        return self._averaged(noise, noise)
 
     @property
     def _known_noise(self) -> Real:

@@ -209,8 +209,8 @@ LOWER, MET = 0.7, 1.1
 # Fall of Bayes' information criterion that is strong evidence (Kass and Raftery 1995); hypotheses
 # nearer to one another are not told apart.
 STRONG = 6.0
-# Standard deviations that a size must be from nothing (of an oscillator whose mode was measured: it
-# is there), from which on a group is off by more than scatter; part of a bound that is on it.
+# Standard deviations that a size must be from nothing (of an oscillator: if a reference had its
+# mode), from which on a group is off by more than scatter; part of a bound that is on it.
 LEAST_SIZE, SEEN_SIZE, STRAINED, AT_BOUND = 2.0, 1.0, 3.0, 1e-3
 # Relative error (responses, eigenvalues) above which even the best model leaves them unexplained;
 # fraction of the nuisance parameters' misfit that an effect may leave that does not explain all.

@@ -124,6 +124,7 @@ class PlainFit:
     between_levels: Errors = UNASKED
     point: Any = None
     spent: bool = False
+    noise_alone: float = 0.0
 
     @property
     def excess(self) -> float:

@@ -128,13 +128,15 @@ def better(w: Weighed, before: Weighed, case: Case, further: int = 1) -> bool:
     """Whether a hypothesis halves the misfit beyond noise of one with less freedom, once for each
     effect that it has ``further``, for more than its unknowns are worth, and shows on what was held
     out. What a sound model may leave is made of one or two patterns that some effect or other
-    resembles: there each must take away nearly all."""
+    resembles: there each must take away nearly all; not where something was fitted to tables
+    without a reference already, for in the tolerance of any model much explains them."""
     evidence = case.evidence
     if case.damping_only:
         return _damps(w, before)
     if _bent(w) and within_mesh(before, case):
         return False
-    least = 1.0 / LARGE if explained(before, case) else HALVED
+    fitted = before.hypothesis.effects and evidence.told_by == MODES and evidence.file is None
+    least = HALVED if fitted or not explained(before, case) else 1.0 / LARGE
     once = w.fit.excess <= least**further * before.fit.excess
     if evidence.told_by == MOTION and not explained(before, case):
         once |= halved(w, before, case)

@@ -28,11 +28,12 @@ from cvxupdate.diagnose.judge.median import in_common, median
 from cvxupdate.diagnose.judge.middle import in_the_middle
 from cvxupdate.diagnose.judge.parts import in_time, parts_of
 from cvxupdate.diagnose.judge.posterior import log_odds, rivals
+from cvxupdate.diagnose.judge.sounder import sounder
 from cvxupdate.diagnose.judge.soundness import said_plainly, sound
 from cvxupdate.diagnose.nominal.wanted import sought
 from cvxupdate.diagnose.results import Finding
 from cvxupdate.diagnose.search.race import refitted
-from cvxupdate.diagnose.search.search import Found, damping_only
+from cvxupdate.diagnose.search.search import Found, by_count, damping_only
 from cvxupdate.diagnose.settings import EXPLAINED, HOPELESS, STATED, STRONG
 from cvxupdate.diagnose.types import Evidence, Key, Seed
 from cvxupdate.errors import CvxupdateError
@@ -97,9 +98,9 @@ def judge(evidence: Evidence, found: Found) -> Judgement:
     """Accept one effect, several, the nuisance parameters far off, or nothing; where nothing can be
     claimed, what all that is likely has in common."""
     decided = _decided(evidence, found, Hypothesis((), evidence.bases[-1]))
-    common = median(decided.field, decided.case)
-    if common is not None:
-        found = _with(found, common)
+    common, firm = median(decided.field, decided.case), sounder(decided.field, decided.case)
+    if common is not None or firm:
+        found = _with(found, *firm, *([] if common is None else [common]))
         decided = _decided(evidence, found, decided.case.base.hypothesis)
     lower = _fitted_from(decided)
     if lower is not None:
@@ -111,10 +112,9 @@ def judge(evidence: Evidence, found: Found) -> Judgement:
     return replace(decided, graded=graded(tried, decided.case))
 
 
-def _with(found: Found, h: Hypothesis) -> Found:
-    if len(h.effects) > 1:
-        return replace(found, several=(*found.several, h))
-    return replace(found, singles=(*found.singles, h))
+def _with(found: Found, *sets: Hypothesis) -> Found:
+    alone, several = by_count(sets)
+    return replace(found, singles=(*found.singles, *alone), several=(*found.several, *several))
 
 
 def _fitted_from(decided: Judgement) -> Hypothesis | None:
@@ -141,7 +141,7 @@ def _against_lighter(evidence: Evidence, found: Found, decided: Judgement) -> Ju
         before = decided.final.hypothesis.keys
         lighter = _lighter(decided)
         if lighter:
-            found = replace(found, several=(*found.several, *lighter))
+            found = _with(found, *lighter)
             decided = _decided(evidence, found, decided.case.base.hypothesis)
     return decided
 

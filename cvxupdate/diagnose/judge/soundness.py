@@ -39,37 +39,48 @@ class Grounds(Protocol):
 
 
 def sound(h: Hypothesis, evidence: Grounds, whole: bool = True) -> bool:
-    """Whether every effect's first unknown is off its bounds and at least `LEAST_SIZE` of its
-    standard deviations, the usual scatter of a piece among them, from nothing; an exchange of
-    channels has no size, and a compliance may be as large as it can. For what is nearly free
-    or nearly rigid has no upper limit, a compliance p counts by the degree of fixity that it
-    leaves, 1 / (1 + p) (Monforton and Wu 1963), a spring to ground by that which it brings. An
-    oscillator whose own mode was measured is there, though its mass may hardly be told; whatever
-    its mass, where the reference state had no such mode. Not the ``whole``: what a rig does may be
-    small, and only what is sought beside it is asked."""
-    fit, at = h.fit, len(h.fit.setting.model.parameters) - sum(e.columns for e in h.effects)
-    for effect, figures in zip(h.effects, h.figures, strict=True):
-        if not whole and of_a_rig(effect):
-            pass
-        elif effect.change is None:
+    """Whether no effect is `unsound`. Not the ``whole``: what a rig does may be small, and only
+    what is sought beside it is asked."""
+    return all(not whole and of_a_rig(h.effects[k]) for k in unsound(h, evidence))
+
+
+def unsound(h: Hypothesis, evidence: Grounds) -> list[int]:
+    """Effects whose first unknown is on its bounds or less than `LEAST_SIZE` of its standard
+    deviations, the usual scatter of a piece among them, from nothing; an exchange of channels has
+    no size, and a compliance may be as large as it can. For what is nearly free or nearly rigid has
+    no upper limit, a compliance p counts by the degree of fixity that it leaves, 1 / (1 + p)
+    (Monforton and Wu 1963), a spring to ground by that which it brings. An oscillator whose own
+    mode was measured is there whatever its mass, beside what a rig does everywhere, if noise alone
+    is left: its tuning is known, and whether anything else explains that mode the evidence says.
+    Its mass must be told where a reference state had the mode, or something else is sought."""
+    at = len(h.fit.setting.model.parameters) - sum(e.columns for e in h.effects)
+    out = []
+    for k, (effect, figures) in enumerate(zip(h.effects, h.figures, strict=True)):
+        if effect.change is None:
             exchanged = effect.fault is not None and effect.fault.how == "swap"
-            if not exchanged and size_of(effect, figures) < _least(h, effect, figures, evidence):
-                return False
+            there = exchanged or size_of(effect, figures) >= _least(h, effect, figures, evidence)
         else:
-            p, q = float(fit.p[at]), fit.setting.model.parameters[at]
-            released = effect.change.series and p > 0.0  # a hinge is the limit of a loose joint
-            deviation = float(np.hypot(fit.deviations[at], usual(effect, q)))
-            if on_bound(p, q) and not (released or effect.type.total):
-                return False
-            deviations = abs(p) / max(deviation, float(np.finfo(float).tiny))
-            if effect.change.series:
-                deviations *= abs(1.0 + p)
-            elif effect.type.unlimited and deviations < LEAST_SIZE:
-                deviations *= fixity(h, at, evidence.band[0])
-            if deviations < LEAST_SIZE:
-                return False
+            there = _there(h, effect, at, evidence)
+        out += [] if there else [k]
         at += effect.columns
-    return True
+    return out
+
+
+def _there(h: Hypothesis, effect: Effect, at: int, evidence: Grounds) -> bool:
+    """Whether a change of the model, of which parameter ``at`` is the first, is off its bounds and
+    far enough from nothing."""
+    p, q = float(h.fit.p[at]), h.fit.setting.model.parameters[at]
+    series = effect.change is not None and effect.change.series
+    released = series and p > 0.0  # a hinge is the limit of a loose joint
+    if on_bound(p, q) and not (released or effect.type.total):
+        return False
+    deviation = float(np.hypot(h.fit.deviations[at], usual(effect, q)))
+    deviations = abs(p) / max(deviation, float(np.finfo(float).tiny))
+    if series:
+        deviations *= abs(1.0 + p)
+    elif effect.type.unlimited and deviations < LEAST_SIZE:
+        deviations *= fixity(h, at, evidence.band[0])
+    return deviations >= LEAST_SIZE
 
 
 def _least(h: Hypothesis, effect: Effect, figures: Figures, evidence: Grounds) -> float:
@@ -77,8 +88,17 @@ def _least(h: Hypothesis, effect: Effect, figures: Figures, evidence: Grounds) -
     own = _own_modes(h, effect, figures)
     if not own:
         return LEAST_SIZE
-    came = evidence.file is not None and any(_came(table, row) for table, row in own)
-    return 0.0 if came else SEEN_SIZE
+    if evidence.file is None:  # how much it takes of what else is sought its mass would say
+        there = h.fit.spent and all(e is effect or _everywhere(e) for e in h.effects)
+    else:
+        there = any(_came(table, row) for table, row in own)
+    return 0.0 if there else SEEN_SIZE
+
+
+def _everywhere(e: Effect) -> bool:
+    """Whether a rig does it wherever it can."""
+    at_one_place = len(e.place.nodes) == 1 or len(e.place.elements) == 1
+    return of_a_rig(e) and (e.type.mount or not at_one_place)
 
 
 def _came(table: ModeTable, row: int) -> bool:

@@ -112,6 +112,17 @@ def taken_at(setting: ModesSetting, p: Real) -> Fit:
     return again if again.misfit <= HOPELESS * EXPLAINED and _likelier(again, found) else found
 
 
+def paired_at(setting: ModesSetting, p: Real) -> ModesSetting:
+    """With modes paired as they are nearest at a point, however much that leaves.
+
+    Raises
+    ------
+    ModelError
+        When the model is no structure there.
+    """
+    return _begun(setting, nearest_pairing(fitted_at(setting, p).point))
+
+
 def followed_at(setting: ModesSetting, p: Real) -> Fit:
     """Without fitting, at a point far from today's model: modes followed there step by step, or the
     nearest, whichever leaves less.

@@ -52,6 +52,12 @@ class Scene:
     A: Real
     scales: Real
 
+    def held(self, count: int) -> Scene:
+        """With all but the first ``count`` parameters as they are."""
+        A, scales = self.A[:, :count], self.scales[:count]
+        Q, _ = np.linalg.qr(np.vstack([A, np.diag(1.0 / scales)]))
+        return replace(self, Q=Q, below=self.below[:count], A=A, scales=scales)
+
     def softened(self, level: float) -> Scene:
         """As tables would have it whose frequencies are known to no better than ``level``
         (relative), and shapes to no better than `SHAPES_OFF` times that: valleys are as wide."""

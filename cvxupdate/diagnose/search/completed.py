@@ -12,10 +12,8 @@ to compete with what comes near by itself.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from contextlib import suppress
 
-from cvxupdate.diagnose.hypothesis import FIXTURE, SPRINGS, Hypothesis, further, without
-from cvxupdate.diagnose.modes.fits import followed_at
+from cvxupdate.diagnose.hypothesis import FIXTURE, SPRINGS, Hypothesis, further, price
 from cvxupdate.diagnose.nominal.wanted import by_theory, expected, usual
 from cvxupdate.diagnose.search.backward import merit
 from cvxupdate.diagnose.search.classes import (
@@ -28,9 +26,9 @@ from cvxupdate.diagnose.search.classes import (
 )
 from cvxupdate.diagnose.search.race import merged
 from cvxupdate.diagnose.search.several import room
+from cvxupdate.diagnose.search.valleys import in_other_valleys, rest_of
 from cvxupdate.diagnose.settings import EXPLAINED, HALVED, MOVES, STAYING, STRONG
 from cvxupdate.diagnose.types import Evidence, Progress
-from cvxupdate.errors import ModelError
 from cvxupdate.physics.effect import MODES, Effect
 
 REST = "what else a rig does, beside what brings the model near"
@@ -82,22 +80,11 @@ def reseated(
     out: list[Hypothesis] = []
     for h in sorted(sets, key=merit, reverse=True)[:MOVES]:
         stands = [k for k, e in enumerate(h.effects) if e.physics == FIXTURE]
-        rest = _rest(evidence, h, stands) if stands else None
+        rest = rest_of(evidence, h, stands) if stands else None
         if rest is not None:
             progress(f"seeking another fixture beside {rest.name}")
             out += sharp_beside(evidence, rest, progress, MOVES, under_all)
-    return out
-
-
-def _rest(evidence: Evidence, h: Hypothesis, gone: Sequence[int]) -> Hypothesis | None:
-    """A set by tables without some of its effects, as it is, its modes followed there; None where
-    nothing is left, or that is no structure."""
-    rest = without(evidence, h, *gone)
-    if rest is None or not rest.effects:
-        return None
-    with suppress(ModelError):
-        return Hypothesis(rest.effects, followed_at(rest.fit.setting, rest.fit.p))
-    return None
+    return [*out, *in_other_valleys(evidence, merged(sets, out), progress)]
 
 
 def in_its_place(evidence: Evidence, best: Hypothesis, progress: Progress) -> list[Hypothesis]:
@@ -105,7 +92,7 @@ def in_its_place(evidence: Evidence, best: Hypothesis, progress: Progress) -> li
     it is. The rig beside which it was found was bent by what was missing, and showed another place
     nearest."""
     sought = [k for k, e in enumerate(best.effects) if not usual(evidence, e)]
-    rest = _rest(evidence, best, sought) if len(sought) == 1 else None
+    rest = rest_of(evidence, best, sought) if len(sought) == 1 else None
     if rest is None or evidence.hurried:
         return []
     progress(f"seeking in place of {best.effects[sought[0]].name}")
@@ -115,16 +102,23 @@ def in_its_place(evidence: Evidence, best: Hypothesis, progress: Progress) -> li
 def beside_fixtures(
     evidence: Evidence, sets: Sequence[Hypothesis], progress: Progress
 ) -> list[Hypothesis]:
-    """Where none of ``sets`` explains and the likeliest rig alone among them stands on a fixture:
-    one effect more beside it, all of it that is as likely. Neither comes near alone: what was
-    sought beside springs was sought beside another structure."""
-    rigs = [h for h in sets if h.effects and expected(evidence, h)]
-    if not rigs or any(evidence.clear(h.fit) for h in sets):
+    """One effect more beside the likeliest rig alone among ``sets`` that stands on a fixture, all
+    of it that is as likely; nothing where that could not be strongly likelier than all of them, if
+    it left noise alone. Neither comes near alone: what was sought beside springs was sought beside
+    another structure, and explains it in the tolerance of a model."""
+    stood = [h for h in sets if expected(evidence, h) and _stands(h)]
+    if not stood:
         return []
-    least = max(map(merit, rigs)) - STRONG / 2.0
-    whole = max((h for h in rigs if merit(h) >= least), key=lambda h: (h.unknowns, merit(h)))
-    stands = any(e.physics == FIXTURE for e in whole.effects)
-    return _with_one_more(evidence, whole, progress) if stands else []
+    least = max(map(merit, stood)) - STRONG / 2.0
+    whole = max((h for h in stood if merit(h) >= least), key=lambda h: (h.unknowns, merit(h)))
+    best = max(sets, key=merit)
+    likeliest = best.fit.noise_alone - price(whole.unknowns + 1, best.fit.independent)
+    worth = likeliest > merit(best) + STRONG / 2.0
+    return _with_one_more(evidence, whole, progress) if worth else []
+
+
+def _stands(h: Hypothesis) -> bool:
+    return any(e.physics == FIXTURE for e in h.effects)
 
 
 def on_rigs(
@@ -136,6 +130,8 @@ def on_rigs(
     tolerance of any model may, in one that was fitted, be what is still missing. Best first."""
     found = on_a_rig(evidence, progress)
     found = merged(found, completed(evidence, _likeliest(merged(known, found)), progress))
+    stood = [h for h in merged(known, found) if expected(evidence, h)]
+    found = merged(found, in_other_valleys(evidence, stood, progress))
     found = merged(found, beside_fixtures(evidence, merged(known, found), progress))
     every = merged(known, found)
     rigs = [h for h in every if h.effects and expected(evidence, h) and evidence.clear(h.fit)]
@@ -178,7 +174,7 @@ def _parents(evidence: Evidence, near: Sequence[Hypothesis]) -> list[Hypothesis]
     for h in near:
         names = [e.physics for e in h.effects]
         springs = [k for k, name in enumerate(names) if name == SPRINGS]
-        rest = _rest(evidence, h, springs) if springs and FIXTURE not in names else None
+        rest = rest_of(evidence, h, springs) if springs and FIXTURE not in names else None
         out += [] if rest is None else [rest]
     return out
 

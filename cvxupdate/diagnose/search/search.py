@@ -22,6 +22,7 @@ from cvxupdate.diagnose.search.neighbours import at_last, neighbours
 from cvxupdate.diagnose.search.race import merged, raced
 from cvxupdate.diagnose.search.rigs import beside_a_rig
 from cvxupdate.diagnose.search.several import busy, further, in_their_place, pairs, simpler
+from cvxupdate.diagnose.search.valleys import in_other_valleys
 from cvxupdate.diagnose.search.zones import zoned
 from cvxupdate.diagnose.settings import (
     BEHIND,
@@ -240,6 +241,7 @@ def _last(
     sets = list(several)
     if by_modes:
         sets = merged(several, held(evidence, (*singles, *several), progress))
+        sets = merged(sets, in_other_valleys(evidence, sets, progress))
     return neighbours(evidence, singles, sets, progress), sets
 
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from cvxupdate.diagnose.hypothesis import Hypothesis
-from cvxupdate.diagnose.judge.soundness import fixity, said_plainly, sound, usual
+from cvxupdate.diagnose.judge.soundness import _everywhere, fixity, said_plainly, sound, usual
 from cvxupdate.diagnose.settings import AT_BOUND, LEAST_SIZE, MASS_STD, PIECE, STIFFNESS_STD
 from cvxupdate.fe.modes import model_modes
 from cvxupdate.physics import candidates_of
@@ -32,6 +32,7 @@ from tests.cases.plain_evidence import (
     effect,
     fault,
     parameter,
+    rig,
     supposed,
 )
 
@@ -135,11 +136,17 @@ def test_what_a_plainer_effect_says_is_told_from_its_figures() -> None:
         assert said_plainly(supposed(FIT, effect(nodes=(2,)), one, size=size)) == plain
 
 
+def test_a_rig_does_everywhere_what_is_no_matter_of_one_place() -> None:
+    """Beside that alone a mass that nothing tells is let pass."""
+    feet, foot = rig("grounding_spring", nodes=(1, 2)), rig("grounding_spring", nodes=(1,))
+    assert _everywhere(feet) and not _everywhere(foot) and not _everywhere(effect(nodes=(1, 2)))
+
+
 @pytest.mark.parametrize(("measured", "there"), [(True, True), (False, False)])
 def test_an_oscillator_whose_mode_was_measured_is_there(
     tmp_path: Path, measured: bool, there: bool
 ) -> None:
-    """Its tuning is known, and its mass to two thirds of itself."""
+    """Its tuning is known, and its mass to two thirds of itself, or not at all."""
     _, bar = load(tmp_path, long_bar(12, rows="rows = [{ frequency = 10.0 }]"))
     bare = bar.with_parameters(())
     own, mass = model_modes(bare, 3), 0.05
@@ -159,7 +166,9 @@ def test_an_oscillator_whose_mode_was_measured_is_there(
     assert sound(Hypothesis((hung,), fit), GROUNDS) is there  # type: ignore[arg-type]
     point = replace(point, residual=replace(point.residual, fit=(replace(table, pairs=-pairs),)))
     untold = replace(fit, deviations=p + 1e3, point=point)  # type: ignore[arg-type]
-    assert not sound(Hypothesis((hung,), untold), GROUNDS)  # type: ignore[arg-type]
+    assert not sound(Hypothesis((hung,), untold), GROUNDS), "it leaves more than noise"  # type: ignore[arg-type]
+    alone = replace(untold, spent=True)
+    assert sound(Hypothesis((hung,), alone), GROUNDS) is there  # type: ignore[arg-type]
     beside = SimpleNamespace(band=GROUNDS.band, file=bare)
     assert sound(Hypothesis((hung,), untold), beside) is there, "a mode that came since"
     paired = replace(fit, deviations=p + 1e3)

@@ -108,7 +108,7 @@ def test_what_tolerance_hides_is_found_beside_a_rig(tmp_path) -> None:
     spec, model, recordings = open_problem(tmp_path / "problem.toml")
     frame = gathered(spec, model, recordings, quiet)
     best = max((h for h in on_rigs(frame, [], quiet) if expected(frame, h)), key=merit)
-    assert {e.physics for e in best.effects} == {"grounding_spring", "sensor_mass"}
+    assert {e.physics for e in best.effects} >= {"sensor_mass"}
     assert best.fit.misfit < 0.6 and best.fit.spent
 
 
@@ -126,8 +126,9 @@ def test_another_tuning_of_a_fixture_is_tried_beside_the_rest(portal, fixture) -
     assert found.keys == best.keys or "flexible_support" in {e.physics for e in found.effects}
 
 
-def test_where_no_rig_explains_one_effect_more_is_sought_beside_a_fixture(monkeypatch) -> None:
-    """All of it that is as likely, and nothing where something explains."""
+def test_one_effect_more_is_sought_beside_the_likeliest_fixture(monkeypatch) -> None:
+    """All of it that is as likely, though springs are likelier or something else explains it (the
+    laboratory's 4723); nothing where no set of as few unknowns could be likelier."""
     asked: list[Hypothesis] = []
     monkeypatch.setattr(module, "_with_one_more", lambda e, h, progress: [asked.append(h)] and [h])
     stands, joints = rig("flexible_support", nodes=(1, 2)), rig("joint_flexibility", nodes=(3, 4))
@@ -139,7 +140,8 @@ def test_where_no_rig_explains_one_effect_more_is_sought_beside_a_fixture(monkey
     evidence = PlainEvidence()
     assert beside_fixtures(evidence, [alone, whole, other], quiet) == [whole] == asked
     springs = supposed(PlainFit(10.0, beyond_noise=9.0), rig("grounding_spring", nodes=(1, 2)))
-    assert beside_fixtures(evidence, [alone, springs], quiet) == []
+    assert beside_fixtures(evidence, [alone, springs], quiet) == [alone]
+    assert beside_fixtures(evidence, [springs], quiet) == []
     explains = supposed(PlainFit(0.1, beyond_noise=0.0), effect(nodes=(6,)))
     assert beside_fixtures(evidence, [alone, explains], quiet) == []
 
@@ -169,8 +171,7 @@ def test_others_are_sought_in_the_place_of_the_only_thing_that_was(monkeypatch) 
     asked: list[Hypothesis] = []
     feet, lump = rig("grounding_spring", nodes=(1,)), effect("added_mass", nodes=(9,))
     rest = supposed(PlainFit(7.0), feet)
-    monkeypatch.setattr(module, "without", lambda *_: rest)
-    monkeypatch.setattr(module, "followed_at", lambda setting, p: rest.fit)
+    monkeypatch.setattr(module, "rest_of", lambda *_: rest)
     monkeypatch.setattr(module, "sharp_beside", lambda e, h, progress: [asked.append(h)] and [h])
     one = supposed(PlainFit(0.2), feet, lump)
     found = in_its_place(PlainEvidence(), one, quiet)
