@@ -23,6 +23,7 @@ from cvxupdate.diagnose.search.completed import (
     with_one_more,
 )
 from cvxupdate.diagnose.search.race import merged, tenable
+from cvxupdate.diagnose.search.valleys import in_other_valleys
 from cvxupdate.diagnose.settings import EXPLAINED, OPEN, SEVERAL_LEVEL, STAYING
 from cvxupdate.diagnose.types import Evidence, Key, Progress, Seed
 from cvxupdate.errors import CvxupdateError
@@ -82,6 +83,7 @@ def _told(modes: Evidence, progress: Progress) -> list[Hypothesis]:
         found = _ranked(found, beside_fixtures(modes, found, progress))
     if not found:
         return []
+    found = _ranked(found, in_other_valleys(modes, found, progress))
     found = _ranked(found, with_one_more(modes, found[0], progress))
     return _ranked(found, in_its_place(modes, found[0], progress))
 
