@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Protocol
 
 import numpy as np
 
+from cvxupdate.diagnose.fit import Fit
 from cvxupdate.diagnose.hypothesis import Figures, Hypothesis, of_a_rig
 from cvxupdate.diagnose.judge.confidence import size_of
+from cvxupdate.diagnose.search.backward import merit
 from cvxupdate.diagnose.settings import (
     AT_BOUND,
     LEAST_SIZE,
@@ -15,6 +18,7 @@ from cvxupdate.diagnose.settings import (
     PIECE,
     SEEN_SIZE,
     STIFFNESS_STD,
+    STRONG,
 )
 from cvxupdate.diagnose.types import Real
 from cvxupdate.fe.factor import factored
@@ -34,6 +38,10 @@ class Grounds(Protocol):
         """Lowest and highest frequency, Hz."""
 
     @property
+    def bases(self) -> Sequence[Fit]:
+        """The nuisance parameters alone, last those of the sharpest recordings."""
+
+    @property
     def file(self) -> Model | None:
         """The model as it came, where a reference state was there to bring it to."""
 
@@ -51,8 +59,9 @@ def unsound(h: Hypothesis, evidence: Grounds) -> list[int]:
     no upper limit, a compliance p counts by the degree of fixity that it leaves, 1 / (1 + p)
     (Monforton and Wu 1963), a spring to ground by that which it brings. An oscillator whose own
     mode was measured is there whatever its mass, beside what a rig does everywhere, if noise alone
-    is left: its tuning is known, and whether anything else explains that mode the evidence says.
-    Its mass must be told where a reference state had the mode, or something else is sought."""
+    is left and something is clearly missing: its tuning is known, and whether anything else
+    explains that mode the evidence says. Its mass must be told where a reference state had the
+    mode, or something else is sought."""
     at = len(h.fit.setting.model.parameters) - sum(e.columns for e in h.effects)
     out = []
     for k, (effect, figures) in enumerate(zip(h.effects, h.figures, strict=True)):
@@ -89,10 +98,18 @@ def _least(h: Hypothesis, effect: Effect, figures: Figures, evidence: Grounds) -
     if not own:
         return LEAST_SIZE
     if evidence.file is None:  # how much it takes of what else is sought its mass would say
-        there = h.fit.spent and all(e is effect or _everywhere(e) for e in h.effects)
+        there = _clearly(h, evidence) and all(e is effect or _everywhere(e) for e in h.effects)
     else:
         there = any(_came(table, row) for table, row in own)
     return 0.0 if there else SEEN_SIZE
+
+
+def _clearly(h: Hypothesis, evidence: Grounds) -> bool:
+    """Whether a set leaves noise alone, of shapes, too, and is strongly likelier than nothing: a
+    few frequencies any oscillator meets."""
+    nothing, point = Hypothesis((), evidence.bases[-1]), h.fit.point
+    shapes = isinstance(point, ModalPoint) and bool(point.residual.shapes)
+    return shapes and h.fit.spent and merit(h) > merit(nothing) + STRONG / 2.0
 
 
 def _everywhere(e: Effect) -> bool:

@@ -37,7 +37,8 @@ from tests.cases.plain_evidence import (
 )
 
 FIT = PlainFit(1.0)
-GROUNDS = SimpleNamespace(band=(0.1, 1e3), file=None)  # Hz: nothing swings yet
+NOTHING = (PlainFit(100.0),)
+GROUNDS = SimpleNamespace(band=(0.1, 1e3), file=None, bases=NOTHING)  # Hz: nothing swings yet
 SOFT = 1.0 / (3.0 * 207e9 * 0.04 * 0.012**3 / 12.0)  # m/N, at the tip of the bar of a metre
 
 
@@ -167,9 +168,14 @@ def test_an_oscillator_whose_mode_was_measured_is_there(
     point = replace(point, residual=replace(point.residual, fit=(replace(table, pairs=-pairs),)))
     untold = replace(fit, deviations=p + 1e3, point=point)  # type: ignore[arg-type]
     assert not sound(Hypothesis((hung,), untold), GROUNDS), "it leaves more than noise"  # type: ignore[arg-type]
-    alone = replace(untold, spent=True)
+    bare_of_shapes = replace(untold, spent=True)
+    assert not sound(Hypothesis((hung,), bare_of_shapes), GROUNDS)  # type: ignore[arg-type]
+    shaped = replace(point, residual=replace(point.residual, shapes=True))
+    alone = replace(bare_of_shapes, point=shaped)
     assert sound(Hypothesis((hung,), alone), GROUNDS) is there  # type: ignore[arg-type]
-    beside = SimpleNamespace(band=GROUNDS.band, file=bare)
+    few = SimpleNamespace(band=GROUNDS.band, file=None, bases=(PlainFit(1.2),))
+    assert not sound(Hypothesis((hung,), alone), few), "any oscillator meets a few frequencies"  # type: ignore[arg-type]
+    beside = SimpleNamespace(band=GROUNDS.band, file=bare, bases=NOTHING)
     assert sound(Hypothesis((hung,), untold), beside) is there, "a mode that came since"
     paired = replace(fit, deviations=p + 1e3)
     assert not sound(Hypothesis((hung,), paired), beside), "the reference had it"  # type: ignore[arg-type]
