@@ -98,9 +98,10 @@ def judge(evidence: Evidence, found: Found) -> Judgement:
     """Accept one effect, several, the nuisance parameters far off, or nothing; where nothing can be
     claimed, what all that is likely has in common."""
     decided = _decided(evidence, found, Hypothesis((), evidence.bases[-1]))
-    common, firm = median(decided.field, decided.case), sounder(decided.field, decided.case)
-    if common is not None or firm:
-        found = _with(found, *firm, *([] if common is None else [common]))
+    common = median(decided.field, decided.case)
+    more = [*sounder(decided.field, decided.case), *([] if common is None else [common])]
+    if more:
+        found = _with(found, *more)
         decided = _decided(evidence, found, decided.case.base.hypothesis)
     lower = _fitted_from(decided)
     if lower is not None:

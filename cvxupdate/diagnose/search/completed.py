@@ -124,10 +124,11 @@ def _stands(h: Hypothesis) -> bool:
 def on_rigs(
     evidence: Evidence, known: Sequence[Hypothesis], progress: Progress
 ) -> list[Hypothesis]:
-    """All that a rig does at once, the same beside the likeliest that are ``known``, and one effect
-    more beside the likeliest that a rig does alone, those that are not told from it, the whole of
-    it, and what theory wants, as far as they leave more than noise: what is left within the
-    tolerance of any model may, in one that was fitted, be what is still missing. Best first."""
+    """All that a rig does at once, the same beside the likeliest that are ``known``, fixtures from
+    other valleys, and one effect more beside the likeliest that a rig does alone, those that are
+    not told from it, the whole of it, and what theory wants, as far as they leave more than noise:
+    what is left within the tolerance of any model may, in one that was fitted, be what is still
+    missing. Best first."""
     found = on_a_rig(evidence, progress)
     found = merged(found, completed(evidence, _likeliest(merged(known, found)), progress))
     stood = [h for h in merged(known, found) if expected(evidence, h)]

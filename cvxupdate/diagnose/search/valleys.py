@@ -45,11 +45,11 @@ def in_other_valleys(
     first. Nothing of others."""
     out: list[Hypothesis] = []
     for h in sorted(sets, key=merit, reverse=True)[:MOVES]:
-        begun = _begun(evidence, h)
-        if begun is None or evidence.hurried:
+        rest, begun = _begun(evidence, h)
+        if rest is begun or evidence.hurried:
             continue
         progress(f"seeking other valleys of {h.name}")
-        fits = [_from(evidence, begun, p) for p in _starts(evidence, begun)]
+        fits = [_from(evidence, begun, p) for p in _starts(evidence, rest, begun)]
         best = max((x for x in fits if x is not None), key=merit, default=h)
         if merit(best) > merit(h):
             out += [best, *lightened(evidence, best)]
@@ -76,26 +76,22 @@ def rest_of(evidence: Evidence, h: Hypothesis, gone: Sequence[int]) -> Hypothesi
     return None
 
 
-def _begun(evidence: Evidence, h: Hypothesis) -> Hypothesis | None:
-    """A set as it is, its fixture last; None where it has none that moves and turns."""
+def _begun(evidence: Evidence, h: Hypothesis) -> tuple[Hypothesis, Hypothesis]:
+    """What stands beside the fixture of a set, as it is, and the same with that, last; twice the
+    same where it has none that moves and turns, or nothing stands beside it."""
     stands = [k for k, e in enumerate(h.effects) if _moves_and_turns(e)]
     rest = rest_of(evidence, h, stands) if len(stands) == 1 else None
     if rest is None:
-        return None
-    k = stands[0]
-    found = together(evidence, rest, [h.effects[k]], h.sizes(k))
-    return None if found is rest else found
+        return h, h
+    return rest, together(evidence, rest, [h.effects[stands[0]]], h.sizes(stands[0]))
 
 
 def _moves_and_turns(e: Effect) -> bool:
     return e.physics == FIXTURE and e.count == MOVES_AND_TURNS
 
 
-def _starts(evidence: Evidence, h: Hypothesis) -> list[Real]:
+def _starts(evidence: Evidence, rest: Hypothesis, h: Hypothesis) -> list[Real]:
     """Unknowns of a set, of its fixture (last) in each of the deepest valleys beside the rest."""
-    rest = rest_of(evidence, h, [len(h.effects) - 1])
-    if rest is None:
-        return []
     try:
         where = scene_of(rest.fit, BASIS).held(len(evidence.model.parameters))
     except ModelError:
@@ -123,13 +119,10 @@ def _ways(band: tuple[float, float], soft: float, heavy: float) -> Real:
 
 def _deepest(sizes: Real, left: Real) -> list[Real]:
     """Those that leave least, each apart from all before it."""
-    out: list[Real] = []
-    least = np.log(np.maximum(sizes, TINY))
-    chosen: list[Real] = []
-    for k in np.argsort(left):
-        if all(np.max(np.abs(least[k] - other)) > np.log(APART) for other in chosen):
-            chosen.append(least[k])
-            out.append(sizes[k])
-        if len(out) == DEEPEST:
-            break
-    return out
+    at, chosen = np.log(np.maximum(sizes, TINY)), list[int]()
+    for k in np.argsort(left).tolist():
+        if len(chosen) < DEEPEST and all(
+            np.max(np.abs(at[k] - at[other])) > np.log(APART) for other in chosen
+        ):
+            chosen.append(k)
+    return [sizes[k] for k in chosen]
