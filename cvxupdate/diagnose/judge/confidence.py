@@ -16,6 +16,7 @@ from cvxupdate.diagnose.judge.posterior import (
     rivals,
     support,
     support_at,
+    support_near,
     weights,
 )
 from cvxupdate.diagnose.settings import CUT_SHORT, MOST_SURE, STATED
@@ -32,7 +33,8 @@ class Standing:
     (log); ``weight``: its size in its own deviations (log); ``rivals``: how many hypotheses are no
     less likely than strong evidence would tell; ``most`` that may be stated; ``untold``: where else
     it may be for all that any recording says, not refitted; ``otherwise``: something else there is
-    strongly favoured over it.
+    strongly favoured over it; ``region``: probability of the hypotheses that have an effect of its
+    type no further from it than an engineer looks at once.
     """
 
     support: float
@@ -44,6 +46,7 @@ class Standing:
     most: float = MOST_SURE
     untold: tuple[Effect, ...] = ()
     otherwise: bool = False
+    region: float = 0.0
 
     @property
     def confidence(self) -> float:
@@ -53,9 +56,9 @@ class Standing:
     @property
     def told(self) -> bool:
         """Whether it is stated: its place, with those that are hardly told from it or hold most of
-        it, is likelier than all others together, and nothing else there is strongly favoured over
-        it; what does as well there is listed beside it."""
-        likely = max(self.here, self.support)
+        it, is likelier than all others together, or what it is near there, and nothing else there
+        is strongly favoured over it; what does as well there is listed beside it."""
+        likely = max(self.here, self.support, self.region)
         return not self.otherwise and min(likely, self.most) >= STATED
 
     def to_json(self) -> dict[str, object]:
@@ -84,6 +87,7 @@ def standing(number: int, final: Weighed, others: Sequence[Weighed], case: Case)
         CUT_SHORT if case.evidence.unfinished else MOST_SURE,
         same,
         favoured(effect, places, field, likely, model, beside),
+        support_near(effect, field, likely, model),
     )
 
 

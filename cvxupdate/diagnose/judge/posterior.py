@@ -109,6 +109,35 @@ def support(effect: Effect, field: Sequence[Weighed], likely: Real, model: Model
     return float(np.sum(likely[np.array(there, dtype=bool)]))
 
 
+def support_near(effect: Effect, field: Sequence[Weighed], likely: Real, model: Model) -> float:
+    """The same of those that have one of this type, in its direction, near by: at one of the places
+    of a `REGION` about it, which the likeliest come into first. What it is may be known, and which
+    of a few nodes it stands at, not. Nothing of channels, each of which reads for itself."""
+    if effect.fault is not None:
+        return 0.0
+    known, own, near = set(model.node_ids.tolist()), _at(effect, model), {effect.place}
+    alike = [
+        (float(p), e)
+        for w, p in zip(field, likely, strict=True)
+        for e in w.hypothesis.effects
+        if (e.physics, e.place.dof) == (effect.physics, effect.place.dof)
+    ]
+    for _, e in sorted(alike, key=lambda pair: -pair[0]):
+        at = _at(e, model)
+        if at and at <= known and extent(own | at, model) <= REGION:
+            near.add(e.place)
+            own = own | at
+    there = [
+        any(e.physics == effect.physics and e.place in near for e in w.hypothesis.effects)
+        for w in field
+    ]
+    return float(np.sum(likely[np.array(there, dtype=bool)]))
+
+
+def _at(e: Effect, model: Model) -> set[int]:
+    return set(e.place.nodes) or nodes_of(model, e.place.elements)
+
+
 def favoured(
     effect: Effect,
     places: Sequence[Place],

@@ -104,6 +104,15 @@ def common_of(model: Model, tables: Sequence[ModeTable]) -> Common:
     return Common(found, min(1.0, COMMON + SHAPES_OFF * off), later)
 
 
+def its_modes(start: ModalPoint, k: int, table: ModeTable) -> list[int]:
+    """Modes of the model that those of a table are paired with; of a table that is held out by
+    itself, for what came with a hidden oscillator stands for one of the model's in those that were
+    fitted, and the reference may have that one in what is held out."""
+    if k >= len(start.residual.fit):
+        start, k = modal_residual(start.residual.model, (table,), (), False).evaluate(start.p), 0
+    return start.places[k].tolist()
+
+
 def _own(point: ModalPoint, at: int) -> float:
     return float(point.modes.frequencies[at])
 

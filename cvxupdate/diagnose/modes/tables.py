@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from cvxupdate.diagnose.modes.common import Common
+from cvxupdate.diagnose.modes.common import Common, its_modes
 from cvxupdate.diagnose.modes.identified import Identified
 from cvxupdate.diagnose.modes.kinds import chi_square
 from cvxupdate.diagnose.modes.mixing import mixed
@@ -145,7 +145,7 @@ def prepared(
         missed = FREQUENCY_DISCREPANCY * np.ones(len(shift)), shape
         if common is not None:
             its = common if k < len(fit) else common.held
-            without = its.without(there, start.places[k].tolist(), start)
+            without = its.without(there, its_modes(start, k, t), start)
             there, missed = _beside(there, without, missed, mixed(start, k, plain, missed=0.0))
         moved.append(_widened(there, missed, mesh.rest(shift)))
     places = [start.places[k].tolist() for k in range(len(fit))]

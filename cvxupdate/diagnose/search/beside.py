@@ -6,9 +6,9 @@ from collections.abc import Callable, Collection, Sequence
 
 from cvxupdate.diagnose.hypothesis import Hypothesis, at_nominal, further, seeds_from
 from cvxupdate.diagnose.screen.shortlist import shortlist
-from cvxupdate.diagnose.settings import ALTERNATIVES, EACH_SIZED, SEVERAL_LEVEL, SHORT
+from cvxupdate.diagnose.settings import ALTERNATIVES, EACH_SIZED, HALVED, SEVERAL_LEVEL, SHORT
 from cvxupdate.diagnose.types import Evidence, Key, Score, Seed
-from cvxupdate.physics.effect import Effect, HiddenOscillator
+from cvxupdate.physics.effect import MODES, Effect, HiddenOscillator
 
 
 def beside(
@@ -31,12 +31,24 @@ def beside(
     nominal = at_nominal(evidence, parent)
     sized = evidence.finite_size(nominal.fit, parent.fit, parent.effects, effects)
     exact = [*shortlist(sized.scores, SHORT, EACH_SIZED)]
+    swinging = _swinging(sized.scores) if evidence.told_by == MODES else []
+    exact += [s for s in swinging if s not in exact]
     exact += [s for s in sized.scores if s.effect.key in also and s not in exact]
     return [
         *seeds_from(evidence, nominal, exact, level, nominal=True),
         *seeds_from(evidence, parent, near, level),
         *(_at(evidence, seed, level) for seed in sized.seeds),
     ]
+
+
+def _swinging(scores: Sequence[Score]) -> list[Score]:
+    """Hidden oscillators that leave no more than twice what the best of them does, as many as are
+    refitted of all else: what tells their places apart is small beside the mode that they bring,
+    and shows only once the rest is fitted again."""
+    own = [s for s in scores if isinstance(s.effect.action, HiddenOscillator)]
+    least = min((1.0 - s.fraction for s in own), default=0.0)
+    near = [s for s in own if HALVED * (1.0 - s.fraction) <= least]
+    return sorted(near, key=lambda s: -s.fraction)[:SHORT]
 
 
 def narrow(evidence: Evidence) -> list[Seed]:

@@ -114,7 +114,7 @@ def grown_from(
         return _of_tables(evidence, coarse, alone, progress)
     left = leaves_much(evidence, coarse, alone)
     far = left and far_off(coarse)
-    found = [h for h in met(evidence, progress) if len(h.effects) > 1] if left else []
+    found = [h for h in met(evidence, progress).sets if len(h.effects) > 1] if left else []
     if any(within_chance(h) for h in found):
         return Grown(merged(found, alone), True, freed=True)
     near_by = any(follows(evidence, h) for h in (*alone, *coarse[:1]))

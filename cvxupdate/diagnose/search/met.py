@@ -9,6 +9,7 @@ is in their valley, and what modes are too few to tell shows in these.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from cvxupdate.diagnose.hypothesis import Hypothesis, of_a_rig
 from cvxupdate.diagnose.modes.identified import FEW
@@ -31,22 +32,22 @@ from cvxupdate.errors import CvxupdateError
 OTHERS = "what else is likely by the modes in the responses"
 
 
-def by_modes(evidence: Evidence, progress: Progress) -> tuple[list[Hypothesis], bool]:
+@dataclass(frozen=True)
+class Met:
+    """``sets`` on these responses, best first; whether the likeliest by the modes explains them
+    (``sure``)."""
+
+    sets: list[Hypothesis]
+    sure: bool
+
+
+def met(evidence: Evidence, progress: Progress) -> Met:
     """What a rig does everywhere by the modes in responses, with one effect beside, on these
     responses with the rest of a rig (sensors, the force channel, the shaker), which modes tell
-    little of; and freed of what is likelier without. Best first, nothing without modes; and whether
-    it explains them."""
-    modes = evidence.by_modes(FEW)
-    told = [] if modes is None else _told(modes, progress)
-    found = _here(evidence, told[0], progress) if told else []
-    return found, bool(found) and modes is not None and modes.clear(told[0].fit)
-
-
-def met(evidence: Evidence, progress: Progress) -> list[Hypothesis]:
-    """The same where something is to be claimed. Where that explains the modes, of each effect
+    little of, and freed of what is likelier without. Where that explains the modes, of each effect
     beside a rig, and of none, the likeliest, until one explains the responses, and the best of
     them, if these follow it, with one effect more. What explains is freed of each effect that it
-    does not need. Best first."""
+    does not need. Nothing without modes."""
     modes = evidence.by_modes(FEW)
     told = [] if modes is None else _each(_told(modes, progress))
     sure = bool(told) and modes is not None and modes.clear(told[0].fit)
@@ -60,10 +61,11 @@ def met(evidence: Evidence, progress: Progress) -> list[Hypothesis]:
             break
     found = _freed(evidence, found, progress)
     if not found or not (_explains(found[0]) or (sure and follows(evidence, found[0]))):
-        return found
+        return Met(found, sure)
     more = _ranked(with_one_more(evidence, found[0], progress))
     better = bool(more) and merit(more[0]) > merit(found[0])
-    return _ranked(found, _freed(evidence, more, progress) if better else more)
+    more = _freed(evidence, more, progress) if better else more
+    return Met(_ranked(found, more), sure)
 
 
 def _freed(evidence: Evidence, found: Sequence[Hypothesis], progress: Progress) -> list[Hypothesis]:

@@ -8,7 +8,7 @@ from cvxupdate.diagnose.hypothesis import Hypothesis
 from cvxupdate.diagnose.search.classes import alike_everywhere
 from cvxupdate.diagnose.search.driven import settled, shaken
 from cvxupdate.diagnose.search.guided import brought_near
-from cvxupdate.diagnose.search.met import by_modes
+from cvxupdate.diagnose.search.met import met
 from cvxupdate.diagnose.search.race import merged
 from cvxupdate.diagnose.search.search import Found, by_count, names_tried
 from cvxupdate.diagnose.settings import EXPLAINED, HOPELESS
@@ -52,8 +52,8 @@ def _brought_near(evidence: Evidence, progress: Progress) -> tuple[list[Hypothes
         return found, bool(found) and evidence.clear(found[0].fit)
     if evidence.bases[-1].misfit <= HOPELESS * EXPLAINED:
         return [], False
-    told, sure = by_modes(evidence, progress)
-    if sure:
-        return told, True
-    found = merged(brought_near(evidence, progress), told)
+    told = met(evidence, progress)
+    if told.sure or any(h.fit.misfit <= EXPLAINED for h in told.sets[:1]):
+        return told.sets, True
+    found = merged(brought_near(evidence, progress), told.sets)
     return found, bool(found) and found[0].fit.misfit <= EXPLAINED

@@ -18,9 +18,11 @@ from cvxupdate.diagnose.judge.confidence import (
 )
 from cvxupdate.diagnose.settings import CUT_SHORT, MOST_SURE
 from cvxupdate.diagnose.types import Errors
+from cvxupdate.physics.effect import Effect
 from cvxupdate.physics.quantity import stiffness
 from cvxupdate.report.as_json import dumps, plain
-from tests.cases.plain_evidence import PlainEvidence, PlainFit, case_of, effect, weighed
+from tests.cases.elements import build, chain, lines
+from tests.cases.plain_evidence import PlainEvidence, PlainFit, case_of, effect, fault, weighed
 
 BASE = PlainFit(100.0, errors=Errors(0.5, 0.5))
 GOOD = PlainFit(1.0, errors=Errors(0.02, 0.02))
@@ -89,6 +91,28 @@ def test_places_that_are_hardly_told_apart_are_stated_together() -> None:
     near = tuple(w.hypothesis.effects[0] for w in three[1:])
     alike = standing(0, three[0], three, case_of(PlainEvidence((BASE,), neighbours=near)))
     assert alike.told and alike.confidence == pytest.approx(1.0 / 3.0)
+
+
+def test_what_it_is_may_be_known_though_not_at_which_of_a_few_nodes() -> None:
+    """An oscillator at one of four nodes of a cantilever, each less likely than the others together
+    (the laboratory's 4775): it is told at the likeliest, no surer of that than it is; of nodes that
+    are further apart nothing is, nor of different things."""
+    beam = build(lines("beam2d", [(0.1 * k, 0, 0) for k in range(17)], chain(16), ("z", "ry")))
+    case = case_of(replace(PlainEvidence((BASE,)), model=beam))
+
+    def told(*others: Effect) -> Standing:
+        field = [weighed(GOOD, e) for e in (effect(nodes=(4,)), *others)]
+        return standing(0, field[0], field, case)
+
+    near = told(*(effect(nodes=(n,)) for n in (3, 5, 6)))
+    assert near.told and near.confidence == pytest.approx(0.25) and near.region == pytest.approx(1)
+    far = told(*(effect(nodes=(n,)) for n in (9, 12, 15)))
+    assert not far.told and far.region == pytest.approx(0.25)
+    assert not told(*(effect("added_mass", nodes=(n,)) for n in (3, 5, 6))).told
+    ends = told(*(effect(nodes=(n,)) for n in (1, 2, 6, 7)))
+    assert ends.region == pytest.approx(0.6), "whoever is likeliest comes first"
+    faults = [weighed(GOOD, fault(f"n{n}.x")) for n in (4, 3, 5)]
+    assert not standing(0, faults[0], faults, case).told, "each channel reads for itself"
 
 
 def test_what_is_everywhere_anyhow_is_no_support_for_a_place() -> None:

@@ -7,6 +7,7 @@ import pytest
 from cvxupdate.diagnose.search import grown
 from cvxupdate.diagnose.search.coarse import enough_alone
 from cvxupdate.diagnose.search.grown import Grown, grown_from
+from cvxupdate.diagnose.search.met import Met
 from cvxupdate.diagnose.search.search import Smooth
 from cvxupdate.diagnose.types import Errors
 from tests.cases.plain_evidence import PlainEvidence, PlainFit, effect, rig, supposed
@@ -96,7 +97,7 @@ def test_what_grows_has_its_turn_before_modes_that_are_as_far_off(
 
     whole = supposed(PlainFit(2.0), A, SOUGHT)
     near = lambda evidence, progress: order.append("grown") or [whole]  # noqa: E731
-    monkeypatch.setattr(grown, "met", lambda evidence, progress: [])
+    monkeypatch.setattr(grown, "met", lambda evidence, progress: Met([], False))
     monkeypatch.setattr(grown, "grown_near", near)
     monkeypatch.setattr(grown, "guided", near)
     monkeypatch.setattr(grown, "further", lambda evidence, sets, progress: [])
@@ -121,7 +122,7 @@ def test_a_rig_is_met_by_the_modes_first(
         asked.append("guided")
         return [other]
 
-    monkeypatch.setattr(grown, "met", lambda evidence, progress: [alone, whole])
+    monkeypatch.setattr(grown, "met", lambda evidence, progress: Met([alone, whole], True))
     monkeypatch.setattr(grown, "guided", guided)
     monkeypatch.setattr(grown, "further", lambda evidence, sets, progress: [])
     found = grown_from(EVIDENCE, [SINGLE], [], grown.NOTHING, print)  # type: ignore[arg-type]

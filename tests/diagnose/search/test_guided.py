@@ -17,6 +17,7 @@ from cvxupdate.diagnose.responses import guide
 from cvxupdate.diagnose.responses.guide import _classes
 from cvxupdate.diagnose.search import nearest as reference
 from cvxupdate.diagnose.search.guided import _Growth, guided
+from cvxupdate.diagnose.search.met import Met
 from cvxupdate.diagnose.search.reached import Reached, abreast
 from cvxupdate.diagnose.search.several import busy
 from cvxupdate.diagnose.settings import BEAM, NEAREST
@@ -121,7 +122,7 @@ def test_a_model_is_brought_near_by_the_first_set_that_explains(evidence, best, 
     assert not found.scores and not found.entries
     assert all({e.physics for e in h.effects} <= known for h in (*found.several, *found.singles))
     monkeypatch.setattr(reference, "brought_near", lambda evidence, progress: [])
-    monkeypatch.setattr(reference, "by_modes", lambda evidence, progress: ([], False))
+    monkeypatch.setattr(reference, "met", lambda evidence, progress: Met([], False))
     assert not reference.nearest(evidence, quiet).enough, "where none does, all is sought"
 
 

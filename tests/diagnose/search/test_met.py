@@ -44,8 +44,7 @@ def test_a_rig_that_does_not_explain_the_modes_is_completed(
 
 
 def test_without_modes_nothing_is_met() -> None:
-    assert met.by_modes(EVIDENCE, print) == ([], False)  # type: ignore[arg-type]
-    assert met.met(EVIDENCE, print) == []  # type: ignore[arg-type]
+    assert met.met(EVIDENCE, print) == met.Met([], False)  # type: ignore[arg-type]
 
 
 class Seen(PlainEvidence):
@@ -87,7 +86,9 @@ def test_what_the_modes_are_too_few_to_tell_is_sought_in_the_responses(
     monkeypatch.setattr(met, "with_one_more", lambda evidence, best, progress: [whole])
     monkeypatch.setattr(met, "backward", backward)
     far = Seen((PlainFit(100.0, errors=Errors(0.9, 0.9)),))
-    found = met.met(far, print)  # type: ignore[arg-type]
+    told_by_modes = met.met(far, print)  # type: ignore[arg-type]
+    found = told_by_modes.sets
+    assert told_by_modes.sure
     assert carried == [told[0], told[2], told[3]], "one for each thing beside a rig"
     assert freed == [whole] and [e.physics for e in found[0].effects] == [BED.physics, "added_mass"]
     freed.clear()
@@ -103,5 +104,5 @@ def test_what_the_modes_are_too_few_to_tell_is_sought_in_the_responses(
     told[0] = supposed(PlainFit(5.0), RIG, BED)
     asked: list[object] = []
     monkeypatch.setattr(met, "with_one_more", lambda *args: asked.append(args) or [])
-    met.met(far, print)  # type: ignore[arg-type]
+    assert not met.met(far, print).sure  # type: ignore[arg-type]
     assert carried == [told[0]] and not asked, "the modes are not explained"
