@@ -11,6 +11,7 @@ import numpy as np
 from cvxupdate.diagnose.fit import Fit
 from cvxupdate.diagnose.hypothesis import Hypothesis, of_a_rig, takes_all
 from cvxupdate.diagnose.modes.kinds import bulk
+from cvxupdate.diagnose.nominal.wanted import by_tables_alone
 from cvxupdate.diagnose.settings import (
     CLEARLY,
     DAMPING_COST,
@@ -135,7 +136,7 @@ def better(w: Weighed, before: Weighed, case: Case, further: int = 1) -> bool:
         return _damps(w, before)
     if _bent(w) and within_mesh(before, case):
         return False
-    fitted = before.hypothesis.effects and evidence.told_by == MODES and evidence.file is None
+    fitted = before.hypothesis.effects and by_tables_alone(evidence)
     least = HALVED if fitted or not explained(before, case) else 1.0 / LARGE
     once = w.fit.excess <= least**further * before.fit.excess
     if evidence.told_by == MOTION and not explained(before, case):

@@ -30,14 +30,13 @@ from cvxupdate.diagnose.judge.parts import in_time, parts_of
 from cvxupdate.diagnose.judge.posterior import log_odds, rivals
 from cvxupdate.diagnose.judge.sounder import sounder
 from cvxupdate.diagnose.judge.soundness import said_plainly, sound
-from cvxupdate.diagnose.nominal.wanted import sought
+from cvxupdate.diagnose.nominal.wanted import by_tables_alone, sought
 from cvxupdate.diagnose.results import Finding
 from cvxupdate.diagnose.search.race import refitted
 from cvxupdate.diagnose.search.search import Found, by_count, damping_only
 from cvxupdate.diagnose.settings import EXPLAINED, HOPELESS, STATED, STRONG
 from cvxupdate.diagnose.types import Evidence, Key, Seed
 from cvxupdate.errors import CvxupdateError
-from cvxupdate.physics.effect import MODES
 
 
 @dataclass(frozen=True)
@@ -203,7 +202,7 @@ def _open(final: Weighed | None, more: Weighed, case: Case) -> bool:
     what is still missing, as the rest of a rig."""
     if final is None or not case.evidence.clear(final.fit):
         return True
-    if case.evidence.told_by != MODES or case.evidence.file is not None:
+    if not by_tables_alone(case.evidence):
         return False
     strong = log_odds(more, case) > log_odds(final, case) + STRONG / 2.0
     many, before = (sought(case.evidence, w.hypothesis) for w in (more, final))

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.linalg import cholesky, solve_triangular
 
 from cvxupdate.diagnose.modes.identified import Identified
-from cvxupdate.diagnose.modes.tables import slopes_of
+from cvxupdate.diagnose.modes.mixing import slopes_of
 from cvxupdate.diagnose.settings import BESIDE, MASS_STD, SHAPE_DISCREPANCY
 from cvxupdate.diagnose.types import Real
 from cvxupdate.recordings.types import ModeTable

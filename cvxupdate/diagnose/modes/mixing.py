@@ -1,13 +1,14 @@
-"""How far modes that are close to one another may be turned into each other: by what a sound model
-misses, and by identification."""
+"""How far entries of shapes may be off: modes that are close to one another are turned into each
+other, by what a sound model misses and by identification; sensors stand beside their nodes."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from cvxupdate.diagnose.settings import FREQUENCY_DISCREPANCY
+from cvxupdate.diagnose.settings import BESIDE, FREQUENCY_DISCREPANCY
 from cvxupdate.diagnose.types import Real
-from cvxupdate.recordings.types import ModeTable
+from cvxupdate.fe.model import Model
+from cvxupdate.recordings.types import Channel, ModeTable
 from cvxupdate.residual.modal import ModalPoint
 from cvxupdate.residual.shape_rows import channel_rows
 
@@ -45,6 +46,31 @@ def mixed(
         size = np.nanmax(np.abs(shapes[i]), initial=0.0) / largest
         out[i] = size * np.linalg.norm(phi * turn, axis=1)
     return out
+
+
+def off_nodes(point: ModalPoint, k: int, table: ModeTable) -> Real:
+    """What `BESIDE` of way between sensor and node makes of each entry of the shapes of a table,
+    (modes, channels), by the slope of the mode that each is paired with, as large as the measured
+    shape is."""
+    model, shapes = point.residual.model, table.shapes
+    out = np.zeros((len(table.frequency), len(table.channels)))
+    if shapes is None:
+        return out
+    rows, turns = channel_rows(table, model), [slopes_of(model, c) for c in table.channels]
+    for i, at in enumerate(point.places[k].tolist()):
+        own = np.append(point.modes.shapes[:, at], 0.0)
+        largest = np.max(np.abs(own[rows]), initial=0.0)
+        if at >= 0 and largest > 0.0:
+            slope = np.array([np.linalg.norm(own[t]) for t in turns])
+            out[i] = BESIDE * slope * np.nanmax(np.abs(shapes[i]), initial=0.0) / largest
+    return out
+
+
+def slopes_of(model: Model, channel: Channel) -> list[int]:
+    """Rows of the rotations that move what a translation reads where it stands beside its node."""
+    axes = [f"r{axis}" for axis in "xyz" if axis != channel.dof]
+    labels = [f"n{channel.node}.{a}" for a in axes] if channel.dof in ("x", "y", "z") else []
+    return [model.place[label] for label in labels if label in model.place]
 
 
 def _measured(point: ModalPoint) -> Real:

@@ -11,14 +11,14 @@ import numpy as np
 from cvxupdate.diagnose.modes.common import Common, its_modes
 from cvxupdate.diagnose.modes.identified import Identified
 from cvxupdate.diagnose.modes.kinds import chi_square
-from cvxupdate.diagnose.modes.mixing import mixed
+from cvxupdate.diagnose.modes.mixing import mixed, off_nodes
 from cvxupdate.diagnose.nominal.mesh import MeshError
 from cvxupdate.diagnose.settings import (
     ANOTHER_MODE,
-    BESIDE,
     FEWEST_RATIOS,
     FREQUENCY_DISCREPANCY,
     LIKELY,
+    REPEATED,
     SETTLED,
     SHAPE_DISCREPANCY,
     UNSTATED_FREQUENCY,
@@ -26,9 +26,8 @@ from cvxupdate.diagnose.settings import (
 )
 from cvxupdate.diagnose.types import Real
 from cvxupdate.fe.model import Model
-from cvxupdate.recordings.types import Channel, ModeTable
+from cvxupdate.recordings.types import ModeTable
 from cvxupdate.residual.modal import ModalPoint, modal_residual
-from cvxupdate.residual.shape_rows import channel_rows
 
 
 @dataclass(frozen=True)
@@ -146,37 +145,12 @@ def prepared(
         if common is not None:
             its = common if k < len(fit) else common.held
             without = its.without(there, its_modes(start, k, t), start)
-            there, missed = _beside(there, without, missed, mixed(start, k, plain, missed=0.0))
+            there, missed = _beside(there, without, missed, mixed(start, k, plain, missed=REPEATED))
         moved.append(_widened(there, missed, mesh.rest(shift)))
     places = [start.places[k].tolist() for k in range(len(fit))]
     before = () if common is None else tuple(common.damping(at) for at in places)
     first, rest = tuple(moved[: len(fit)]), tuple(moved[len(fit) :])
     return Tables(first, rest, tuple(measured), before, mesh=mesh if common is None else None)
-
-
-def off_nodes(point: ModalPoint, k: int, table: ModeTable) -> Real:
-    """What `BESIDE` of way between sensor and node makes of each entry of the shapes of a table,
-    (modes, channels), by the slope of the mode that each is paired with, as large as the measured
-    shape is."""
-    model, shapes = point.residual.model, table.shapes
-    out = np.zeros((len(table.frequency), len(table.channels)))
-    if shapes is None:
-        return out
-    rows, turns = channel_rows(table, model), [slopes_of(model, c) for c in table.channels]
-    for i, at in enumerate(point.places[k].tolist()):
-        own = np.append(point.modes.shapes[:, at], 0.0)
-        largest = np.max(np.abs(own[rows]), initial=0.0)
-        if at >= 0 and largest > 0.0:
-            slope = np.array([np.linalg.norm(own[t]) for t in turns])
-            out[i] = BESIDE * slope * np.nanmax(np.abs(shapes[i]), initial=0.0) / largest
-    return out
-
-
-def slopes_of(model: Model, channel: Channel) -> list[int]:
-    """Rows of the rotations that move what a translation reads where it stands beside its node."""
-    axes = [f"r{axis}" for axis in "xyz" if axis != channel.dof]
-    labels = [f"n{channel.node}.{a}" for a in axes] if channel.dof in ("x", "y", "z") else []
-    return [model.place[label] for label in labels if label in model.place]
 
 
 def _stated(table: ModeTable) -> ModeTable:

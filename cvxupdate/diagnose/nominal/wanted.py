@@ -1,14 +1,20 @@
-"""What theory wants of a model: the shear of beams that are too short to do without."""
+"""What every test has, and what theory wants: the shear of beams too short to do without."""
 
 from __future__ import annotations
 
 from cvxupdate.diagnose.hypothesis import Hypothesis, of_a_rig, together, without
 from cvxupdate.diagnose.settings import BY_THEORY, NEAR_THEORY
 from cvxupdate.diagnose.types import Evidence
-from cvxupdate.physics.effect import Effect
+from cvxupdate.physics.effect import MODES, Effect
 from cvxupdate.physics.shaker import at_drive
 
 SHEARS = "shear_deformation"
+
+
+def by_tables_alone(evidence: Evidence) -> bool:
+    """Whether tables of modes are all that there is: no reference state had its say of the rig, and
+    much explains so few figures in the tolerance of a model."""
+    return evidence.told_by == MODES and evidence.file is None
 
 
 def by_theory(evidence: Evidence, parent: Hypothesis) -> Hypothesis | None:

@@ -11,6 +11,7 @@ import numpy as np
 
 from cvxupdate.diagnose.hypothesis import Hypothesis, only_a_rig
 from cvxupdate.diagnose.modes.identified import FEW
+from cvxupdate.diagnose.nominal.wanted import by_tables_alone
 from cvxupdate.diagnose.search.backward import merit
 from cvxupdate.diagnose.search.carried import carried
 from cvxupdate.diagnose.search.coarse import enough_alone, far_off, follows
@@ -33,7 +34,6 @@ from cvxupdate.diagnose.settings import (
     UNEXPLAINED,
 )
 from cvxupdate.diagnose.types import Evidence, Progress
-from cvxupdate.physics.effect import MODES
 from cvxupdate.recordings.quantiles import chi_square_above
 
 
@@ -110,7 +110,7 @@ def grown_from(
     that is met by the modes, with what stands beside it, comes first: it takes seconds. What grows
     has its turn before another look where something follows the recordings already, or the modes
     are as far off."""
-    if evidence.told_by == MODES and evidence.file is None:
+    if by_tables_alone(evidence):
         return _of_tables(evidence, coarse, alone, progress)
     left = leaves_much(evidence, coarse, alone)
     far = left and far_off(coarse)
