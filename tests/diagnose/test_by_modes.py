@@ -17,7 +17,8 @@ from cvxupdate.diagnose.hypothesis import Hypothesis, together
 from cvxupdate.diagnose.judge.by_modes import ByModes
 from cvxupdate.diagnose.modes import identified as few_lowest
 from cvxupdate.diagnose.modes.identified import FEW, identified
-from cvxupdate.diagnose.modes.tables import off_nodes, prepared
+from cvxupdate.diagnose.modes.mixing import off_nodes
+from cvxupdate.diagnose.modes.tables import prepared
 from cvxupdate.diagnose.search.carried import carried
 from cvxupdate.diagnose.search.grown import on_these
 from cvxupdate.diagnose.settings import BESIDE
