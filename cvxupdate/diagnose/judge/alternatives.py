@@ -92,6 +92,11 @@ def nodes_of(model: Model, elements: Sequence[int]) -> set[int]:
     return found
 
 
+def nodes_at(effect: Effect, model: Model) -> frozenset[int]:
+    """The nodes of an effect's place, or those that its elements stand on."""
+    return frozenset(effect.place.nodes or nodes_of(model, effect.place.elements))
+
+
 def extent(nodes: Collection[int], model: Model) -> float:
     """How far some nodes extend, in parts of the structure's extent; infinite where there are
     none."""

@@ -56,8 +56,8 @@ class Standing:
     @property
     def told(self) -> bool:
         """Whether it is stated: its place, with those that are hardly told from it or hold most of
-        it, is likelier than all others together, or what it is near there, and nothing else there
-        is strongly favoured over it; what does as well there is listed beside it."""
+        it, or its type in the region about it, is likelier than all else together, and nothing else
+        there is strongly favoured over it; what does as well there is listed beside it."""
         likely = max(self.here, self.support, self.region)
         return not self.otherwise and min(likely, self.most) >= STATED
 

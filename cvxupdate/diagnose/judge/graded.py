@@ -10,7 +10,7 @@ import numpy as np
 
 from cvxupdate.diagnose.hypothesis import Figures
 from cvxupdate.diagnose.judge.acceptance import Case, Weighed, better
-from cvxupdate.diagnose.judge.alternatives import extent, nodes_of
+from cvxupdate.diagnose.judge.alternatives import extent, nodes_at
 from cvxupdate.diagnose.judge.posterior import field_of, weights
 from cvxupdate.diagnose.judge.soundness import sound
 from cvxupdate.diagnose.settings import GRADED, MOST_SURE, REGION
@@ -128,8 +128,7 @@ def _good(w: Weighed, case: Case) -> bool:
 def _members(owner: int, w: Weighed, model: Model) -> Iterator[_Member]:
     for effect, figures in zip(w.hypothesis.effects, w.hypothesis.figures, strict=True):
         kind = next((k for k, names in KINDS.items() if effect.physics in names), "")
-        nodes = effect.place.nodes or tuple(nodes_of(model, effect.place.elements))
-        yield _Member(owner, effect, figures, kind, frozenset(nodes))
+        yield _Member(owner, effect, figures, kind, nodes_at(effect, model))
 
 
 def _claims(

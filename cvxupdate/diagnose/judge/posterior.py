@@ -9,7 +9,7 @@ import numpy as np
 
 from cvxupdate.diagnose.hypothesis import Hypothesis, price
 from cvxupdate.diagnose.judge.acceptance import Case, Weighed
-from cvxupdate.diagnose.judge.alternatives import extent, has, nodes_of
+from cvxupdate.diagnose.judge.alternatives import extent, has, nodes_at, nodes_of
 from cvxupdate.diagnose.judge.between import unheard_of
 from cvxupdate.diagnose.nominal.wanted import expected
 from cvxupdate.diagnose.settings import REGION, STRONG
@@ -115,7 +115,7 @@ def support_near(effect: Effect, field: Sequence[Weighed], likely: Real, model: 
     of a few nodes it stands at, not. Nothing of channels, each of which reads for itself."""
     if effect.fault is not None:
         return 0.0
-    known, own, near = set(model.node_ids.tolist()), _at(effect, model), {effect.place}
+    known, own, near = set(model.node_ids.tolist()), nodes_at(effect, model), {effect.place}
     alike = [
         (float(p), e)
         for w, p in zip(field, likely, strict=True)
@@ -123,7 +123,7 @@ def support_near(effect: Effect, field: Sequence[Weighed], likely: Real, model: 
         if (e.physics, e.place.dof) == (effect.physics, effect.place.dof)
     ]
     for _, e in sorted(alike, key=lambda pair: -pair[0]):
-        at = _at(e, model)
+        at = nodes_at(e, model)
         if at and at <= known and extent(own | at, model) <= REGION:
             near.add(e.place)
             own = own | at
@@ -132,10 +132,6 @@ def support_near(effect: Effect, field: Sequence[Weighed], likely: Real, model: 
         for w in field
     ]
     return float(np.sum(likely[np.array(there, dtype=bool)]))
-
-
-def _at(e: Effect, model: Model) -> set[int]:
-    return set(e.place.nodes) or nodes_of(model, e.place.elements)
 
 
 def favoured(

@@ -19,8 +19,9 @@ def mixed(
     """Deviation that each entry of the shapes of a table (all frequencies with deviations) has by
     it, (modes, channels), as large as the measured shape is.
 
-    What a model misses of a frequency (``missed``, relative) it misses between modes as well, and
-    noise that moves an identified frequency acts between modes, too: ε λ of the eigenvalue problem,
+    What a model misses of a frequency (``missed``, relative; beside a reference what a test
+    repeated would) it misses between modes as well, and noise that moves an identified frequency
+    acts between modes, too: ε λ of the eigenvalue problem,
     with ε twice both together. To first order that turns a mode by ε λ / |λ − λ'| towards another
     (Fox and Kapoor 1968), and into it where they are as near as that. How near two modes are is
     taken from what was measured of both, else from the model.

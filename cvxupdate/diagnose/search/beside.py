@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Sequence
 
 from cvxupdate.diagnose.hypothesis import Hypothesis, at_nominal, further, seeds_from
-from cvxupdate.diagnose.screen.shortlist import shortlist
+from cvxupdate.diagnose.screen.shortlist import not_among, shortlist
 from cvxupdate.diagnose.settings import ALTERNATIVES, EACH_SIZED, HALVED, SEVERAL_LEVEL, SHORT
 from cvxupdate.diagnose.types import Evidence, Key, Score, Seed
 from cvxupdate.physics.effect import MODES, Effect, HiddenOscillator
@@ -32,7 +32,7 @@ def beside(
     sized = evidence.finite_size(nominal.fit, parent.fit, parent.effects, effects)
     exact = [*shortlist(sized.scores, SHORT, EACH_SIZED)]
     swinging = _swinging(sized.scores) if evidence.told_by == MODES else []
-    exact += [s for s in swinging if s not in exact]
+    exact += not_among(swinging, exact)
     exact += [s for s in sized.scores if s.effect.key in also and s not in exact]
     return [
         *seeds_from(evidence, nominal, exact, level, nominal=True),

@@ -53,7 +53,12 @@ def _brought_near(evidence: Evidence, progress: Progress) -> tuple[list[Hypothes
     if evidence.bases[-1].misfit <= HOPELESS * EXPLAINED:
         return [], False
     told = met(evidence, progress)
-    if told.sure or any(h.fit.misfit <= EXPLAINED for h in told.sets[:1]):
-        return told.sets, True
-    found = merged(brought_near(evidence, progress), told.sets)
-    return found, bool(found) and found[0].fit.misfit <= EXPLAINED
+    found = told.sets
+    if found and (told.sure or _explains(found[0])):
+        return found, True
+    found = merged(brought_near(evidence, progress), found)
+    return found, bool(found) and _explains(found[0])
+
+
+def _explains(h: Hypothesis) -> bool:
+    return h.fit.misfit <= EXPLAINED

@@ -45,11 +45,12 @@ def in_other_valleys(
     first. Nothing of others."""
     out: list[Hypothesis] = []
     for h in sorted(sets, key=merit, reverse=True)[:MOVES]:
-        rest, begun = _begun(evidence, h)
-        if rest is begun or evidence.hurried:
+        begun = _begun(evidence, h)
+        if begun is None or evidence.hurried:
             continue
         progress(f"seeking other valleys of {h.name}")
-        fits = [_from(evidence, begun, p) for p in _starts(evidence, rest, begun)]
+        rest, whole = begun
+        fits = [_from(evidence, whole, p) for p in _starts(evidence, rest, whole)]
         best = max((x for x in fits if x is not None), key=merit, default=h)
         if merit(best) > merit(h):
             out += [best, *lightened(evidence, best)]
@@ -76,14 +77,15 @@ def rest_of(evidence: Evidence, h: Hypothesis, gone: Sequence[int]) -> Hypothesi
     return None
 
 
-def _begun(evidence: Evidence, h: Hypothesis) -> tuple[Hypothesis, Hypothesis]:
-    """What stands beside the fixture of a set, as it is, and the same with that, last; twice the
-    same where it has none that moves and turns, or nothing stands beside it."""
+def _begun(evidence: Evidence, h: Hypothesis) -> tuple[Hypothesis, Hypothesis] | None:
+    """What stands beside the fixture of a set, as it is, and the same with that, last; None where
+    it has none that moves and turns, or nothing stands beside it."""
     stands = [k for k, e in enumerate(h.effects) if _moves_and_turns(e)]
     rest = rest_of(evidence, h, stands) if len(stands) == 1 else None
     if rest is None:
-        return h, h
-    return rest, together(evidence, rest, [h.effects[stands[0]]], h.sizes(stands[0]))
+        return None
+    whole = together(evidence, rest, [h.effects[stands[0]]], h.sizes(stands[0]))
+    return None if whole is rest else (rest, whole)
 
 
 def _moves_and_turns(e: Effect) -> bool:

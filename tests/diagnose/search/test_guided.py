@@ -124,6 +124,12 @@ def test_a_model_is_brought_near_by_the_first_set_that_explains(evidence, best, 
     monkeypatch.setattr(reference, "brought_near", lambda evidence, progress: [])
     monkeypatch.setattr(reference, "met", lambda evidence, progress: Met([], False))
     assert not reference.nearest(evidence, quiet).enough, "where none does, all is sought"
+    asked = []
+    monkeypatch.setattr(reference, "met", lambda evidence, progress: Met([], True))
+    monkeypatch.setattr(reference, "brought_near", lambda *args: asked.append(args) or [best])
+    near = reference.nearest(evidence, quiet)
+    assert asked and near.enough, "what modes explain may not stand on the responses"
+    assert {h.keys for h in near.found.several} == {best.keys}
 
 
 def test_what_does_nothing_in_a_set_is_dropped(evidence, best):
