@@ -80,7 +80,10 @@ def nearest_pairing(point: ModalPoint) -> ModalPoint:
         cost = np.array(
             [_distance(table, i, modes.frequencies) + shapes.get((k, i), 0.0) for i in who]
         )
-        for x, a in zip(*linear_sum_assignment(cost.reshape(len(who), -1)), strict=True):
+        cost = cost.reshape(len(who), -1)
+        if cost.shape[1] - modes.rigid >= len(who):
+            cost[:, : modes.rigid] = np.inf  # measured modes swing
+        for x, a in zip(*linear_sum_assignment(cost), strict=True):
             went[int(places[k][who[int(x)]])] = int(a)
             places[k][who[int(x)]] = a
     taken = set(went.values())

@@ -81,6 +81,32 @@ def test_a_mode_without_partner_stays_without(point) -> None:
     assert nearest_pairing(fewer).places[0][1] == -1
 
 
+def test_what_swings_is_no_motion_as_one_body(tmp_path) -> None:
+    """A free bar that measured far lower than modelled: by eigenvalue the motions at 0 Hz are
+    nearer, and their shapes are any mixture of one another (the laboratory's 3311)."""
+    content = text("{ frequency = 20.0 }, { frequency = 60.0 }")
+    _, model = load(
+        tmp_path, content.replace('[[model.supports]]\nnodes = [1]\ndofs = ["z", "ry"]\n', "")
+    )
+    free = model_modes(model, 6)
+    assert free.rigid == 2 and free.frequencies[2] > 30.0
+    nothing = np.full(2, np.nan)
+    measured = np.array([20.0, 60.0])
+    table = ModeTable(
+        Origin("t", "t", "t"),
+        measured,
+        2e-3 * measured,
+        nothing,
+        nothing,
+        (),
+        None,
+        None,
+        np.zeros(2, dtype=np.int64),
+    )
+    point = modal_residual(model, [table], [], False).evaluate(model.zero())
+    assert nearest_pairing(point).places[0].min() >= 2
+
+
 def test_distances_of_shapes_are_those_of_weighted_least_squares() -> None:
     rng = np.random.default_rng(2)
     phi, x, std = rng.normal(size=(2, 5, 3)), rng.normal(size=5), rng.uniform(0.1, 1.0, 5)

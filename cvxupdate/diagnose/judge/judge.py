@@ -24,7 +24,7 @@ from cvxupdate.diagnose.judge.confidence import Standing, certainty_of_groups, s
 from cvxupdate.diagnose.judge.graded import Graded, graded
 from cvxupdate.diagnose.judge.groups import group_findings, loose_groups
 from cvxupdate.diagnose.judge.jumble import jumbled
-from cvxupdate.diagnose.judge.median import in_common, median
+from cvxupdate.diagnose.judge.median import in_common, likelier_part, median
 from cvxupdate.diagnose.judge.middle import in_the_middle
 from cvxupdate.diagnose.judge.parts import in_time, parts_of
 from cvxupdate.diagnose.judge.posterior import log_odds, rivals
@@ -185,8 +185,9 @@ def _decided(evidence: Evidence, found: Found, base: Hypothesis) -> Judgement:
             return replace(bare, final=wide, field=field, findings=claimed)
     if final is None:
         return bare
-    final = in_common(_a_rig_instead(several, final, case), (*clean, *singles), field, case)
-    final = in_the_middle(final, (*clean, *singles), case)
+    tried = (*clean, *singles)
+    final = in_common(_a_rig_instead(several, final, case), tried, field, case)
+    final = in_the_middle(likelier_part(final, tried, case), tried, case)
     field = (*field, *_foretelling(every, final, case))
     standings = tuple(standing(k, final, field, case) for k in range(len(final.hypothesis.effects)))
     findings: tuple[Finding, ...] = ()

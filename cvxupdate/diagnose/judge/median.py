@@ -53,6 +53,15 @@ def in_common(
     return next((w for w in same if _stands(w, case)), final)
 
 
+def likelier_part(final: Weighed, tried: Sequence[Weighed], case: Case) -> Weighed:
+    """What was decided; or the likeliest part of it that is likelier and can be believed: a larger
+    set may have led to what sets have in common, of which a part explains by itself."""
+    own, keys = log_odds(final, case), final.hypothesis.keys
+    parts = [w for w in tried if w.hypothesis.keys < keys and log_odds(w, case) > own]
+    parts.sort(key=lambda w: -log_odds(w, case))
+    return next((w for w in parts if _stands(w, case)), final)
+
+
 def _stands(w: Weighed, case: Case) -> bool:
     if not sound(w.hypothesis, case.evidence) or refuted(w, case) or not credible(w, case):
         return False

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Sequence
 
 from cvxupdate.diagnose.hypothesis import Hypothesis, at_nominal, further, seeds_from
+from cvxupdate.diagnose.nominal.wanted import by_tables_alone
 from cvxupdate.diagnose.screen.shortlist import not_among, shortlist
 from cvxupdate.diagnose.settings import ALTERNATIVES, EACH_SIZED, HALVED, SEVERAL_LEVEL, SHORT
 from cvxupdate.diagnose.types import Evidence, Key, Score, Seed
@@ -22,7 +23,9 @@ def beside(
     """What shows there to first order (``scores``: already screened, and placed); and what shows
     at finite sizes beside its effects alone, with nuisance parameters nominal (``also``: these
     too, however little they show). The refits are to begin at ``level``; ``wanted`` are those of
-    all candidates that are tried."""
+    all candidates that are tried. Of
+    tables alone the best of each type enter by themselves, however many types come near: nuisance
+    parameters, fitted with one, change their order far more than noise does."""
     model = parent.fit.setting.model
     effects = wanted(further(evidence.candidates(model), parent))
     near: list[Score] = []
@@ -30,7 +33,9 @@ def beside(
         near = shortlist(evidence.first_order(parent.fit, effects))
     nominal = at_nominal(evidence, parent)
     sized = evidence.finite_size(nominal.fit, parent.fit, parent.effects, effects)
-    exact = [*shortlist(sized.scores, SHORT, EACH_SIZED)]
+    all_types = by_tables_alone(evidence) and not parent.effects
+    most = len(sized.scores) if all_types else SHORT
+    exact = [*shortlist(sized.scores, most, EACH_SIZED)]
     swinging = _swinging(sized.scores) if evidence.told_by == MODES else []
     exact += not_among(swinging, exact)
     exact += [s for s in sized.scores if s.effect.key in also and s not in exact]

@@ -146,7 +146,8 @@ def _of_tables(
     """Of tables of modes without a reference, whose fits are short, whole rigs compete with
     whatever comes near, for in the tolerance of a model much explains them that has nothing to do
     with what is missing. Nothing is sought where no more than noise is left; pairs of other effects
-    are, unless a rig explains."""
+    are, unless a rig explains all but noise: by what a model may leave a fixture and a lump passed
+    for a loose joint and a foot that turns (the laboratory's 3329)."""
     known = (*coarse, *alone)
     likeliest = max(known, key=merit, default=None)
     if likeliest is not None and likeliest.fit.spent:
@@ -156,7 +157,7 @@ def _of_tables(
     if best is None:
         return Grown([])
     ahead = all(merit(best) > merit(h) + STRONG / 2.0 for h in coarse)
-    return Grown(sets, ahead and evidence.clear(best.fit))
+    return Grown(sets, ahead and best.fit.spent)
 
 
 def within_chance(h: Hypothesis) -> bool:

@@ -21,9 +21,10 @@ from cvxupdate.diagnose.nominal.wanted import by_theory
 from cvxupdate.diagnose.search.approach import Approach
 from cvxupdate.diagnose.search.backward import backward
 from cvxupdate.diagnose.search.beside import beside
-from cvxupdate.diagnose.search.race import merged, raced, tenable
+from cvxupdate.diagnose.search.race import merged, raced
 from cvxupdate.diagnose.search.reached import Reached, abreast, nearest_first
 from cvxupdate.diagnose.search.several import Pool, room
+from cvxupdate.diagnose.search.untuned import tenable
 from cvxupdate.diagnose.search.zones import zone_seeds
 from cvxupdate.diagnose.settings import (
     BEAM,

@@ -23,7 +23,8 @@ from cvxupdate.diagnose.search.completed import (
     in_its_place,
     with_one_more,
 )
-from cvxupdate.diagnose.search.race import merged, tenable
+from cvxupdate.diagnose.search.race import merged
+from cvxupdate.diagnose.search.untuned import tenable
 from cvxupdate.diagnose.search.valleys import in_other_valleys
 from cvxupdate.diagnose.settings import EXPLAINED, OPEN, SEVERAL_LEVEL, STAYING
 from cvxupdate.diagnose.types import Evidence, Key, Progress, Seed

@@ -36,9 +36,12 @@ def says(one: Effect, effects: Sequence[Effect]) -> bool:
     """Whether a change of the model says in fewer unknowns what others do: it stands where they do
     together and nowhere else, is of their kind or a part of what they are made of, and acts along
     what they act along, a part of that, or all; or a run of softer elements what a softer one does
-    and a joint at its end."""
+    and a joint at its end; or supports without the one that a spring beside it makes rigid again
+    what all of them do."""
     if one.change is None or any(e.change is None for e in effects):
         return False
+    if _apart(one, effects):
+        return True
     if {e.physics for e in effects} == {SOFTER, GIVES}:
         return _run(one, effects)
     nodes = {n for e in effects for n in e.place.nodes}
@@ -57,6 +60,15 @@ def _run(one: Effect, effects: Sequence[Effect]) -> bool:
     more = set(one.place.elements) - elements
     within = one.physics == SOFTER and elements <= set(one.place.elements)
     return within and len(more) < 2 and one.count < sum(e.count for e in effects)
+
+
+def _apart(one: Effect, effects: Sequence[Effect]) -> bool:
+    """Whether an effect is one of two on the nodes that the other, of its kind, leaves."""
+    alike = {(e.physics, e.place.dof, bool(e.place.elements)) for e in (one, *effects)}
+    if len(effects) != 2 or len(alike) > 1 or one.place.elements:
+        return False
+    few, many = sorted((set(e.place.nodes) for e in effects), key=len)
+    return few < many and set(one.place.nodes) == many - few
 
 
 def covers(one: Effect, other: Effect) -> bool:

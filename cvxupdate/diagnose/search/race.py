@@ -9,6 +9,7 @@ from itertools import chain
 import numpy as np
 
 from cvxupdate.diagnose.hypothesis import Hypothesis, nominal_unknowns
+from cvxupdate.diagnose.search.untuned import tenable, untuned
 from cvxupdate.diagnose.settings import (
     ABREAST,
     AGAIN,
@@ -34,7 +35,7 @@ def entered(evidence: Evidence, seeds: Sequence[Seed], progress: Progress) -> li
     """The first pass of seeds, at the level their settings have, best first. A hypothesis begun in
     several places stays in each: after a few iterations the better one is not known yet. Seeds that
     lead to no structure are left out."""
-    found: list[Hypothesis] = []
+    found, lost = list[Hypothesis](), list[Hypothesis]()
     with Ahead(lambda s: refitted(evidence, s, "first pass"), seeds, evidence.jobs) as refits:
         for number, seed in enumerate(seeds):
             if found and evidence.hurried:
@@ -43,7 +44,9 @@ def entered(evidence: Evidence, seeds: Sequence[Seed], progress: Progress) -> li
                 break
             progress(f"refitting {number + 1} of {len(seeds)}: {seed.name}")
             h = refits.take()
-            found += [h] if h is not None and tenable(evidence, h) else []
+            if h is not None:
+                (found if tenable(evidence, h) else lost).append(h)
+    found += _untuned(evidence, lost, found, "first pass")
     ranked = sorted(found, key=lambda h: h.penalised)
     return ranked if evidence.levels > 1 else merged(ranked)
 
@@ -72,7 +75,7 @@ def raced(
             break
         usual = BEHIND if level > 0 or evidence.levels == 1 else TRIAGED  # 0: not to the end yet
         field = _field(runners, most, usual if behind is None else behind)
-        arrived: list[Hypothesis] = []
+        arrived, lost = list[Hypothesis](), list[Hypothesis]()
         work = partial(_sharper, evidence, level, arrived)
         with Ahead(work, field, evidence.jobs) as refits:
             for number, h in enumerate(field):
@@ -83,8 +86,10 @@ def raced(
                 progress(f"sharpening {number + 1} of {len(field)}: {h.name}")
                 found, again = refits.take()
                 carried = _better(found, again, arrived)
-                if carried is not None and tenable(evidence, carried):
-                    arrived.append(carried)
+                if carried is not None:
+                    (arrived if tenable(evidence, carried) else lost).append(carried)
+        effort = "sharp" if level == evidence.levels - 1 else "coarse"
+        arrived += _untuned(evidence, lost, arrived, effort)
         runners = merged(arrived)
     return runners
 
@@ -130,11 +135,20 @@ def _behind(h: Hypothesis, arrived: Sequence[Hypothesis]) -> bool:
     return bool(best <= OPEN * EXPLAINED and h.fit.misfit > BEHIND * best)
 
 
-def tenable(evidence: Evidence, h: Hypothesis) -> bool:
-    """False where another effect says it better: a hidden oscillator tuned beyond the recordings
-    (a mass or a spring), an exchange of channels in part."""
-    wary = [k for k, e in enumerate(h.effects) if e.change is None]
-    return all(h.effects[k].tenable(h.values[k], *evidence.band) for k in wary)
+def _untuned(
+    evidence: Evidence, lost: Sequence[Hypothesis], kept: Sequence[Hypothesis], effort: str
+) -> list[Hypothesis]:
+    """What led but is not tenable, with a mass or a spring for its oscillator, fitted."""
+    best = min((h.penalised for h in kept), default=np.inf)
+    tried, out = {h.keys for h in kept}, list[Hypothesis]()
+    for h in sorted(lost, key=lambda h: h.penalised)[:STAYING]:
+        if h.penalised >= best or evidence.hurried:
+            break
+        seeds = [s for s in untuned(evidence, h) if s.keys not in tried]
+        tried |= {s.keys for s in seeds}
+        found = (refitted(evidence, s, effort) for s in seeds)
+        out += [h for h in found if h is not None and tenable(evidence, h)]
+    return out
 
 
 def merged(*lists: Sequence[Hypothesis]) -> list[Hypothesis]:

@@ -18,7 +18,8 @@ from cvxupdate.diagnose.hypothesis import Hypothesis, only_a_rig
 from cvxupdate.diagnose.search.approach import Approach
 from cvxupdate.diagnose.search.backward import backward, merit
 from cvxupdate.diagnose.search.classes import at_once, at_once_beside, sharpened
-from cvxupdate.diagnose.search.race import merged, tenable
+from cvxupdate.diagnose.search.race import merged
+from cvxupdate.diagnose.search.untuned import tenable
 from cvxupdate.diagnose.settings import MOUNTS, PARENTS, SEVERAL_LEVEL
 from cvxupdate.diagnose.types import Evidence, Progress, Seed
 from cvxupdate.errors import CvxupdateError

@@ -10,7 +10,8 @@ import pytest
 
 from cvxupdate.diagnose.hypothesis import Hypothesis
 from cvxupdate.diagnose.judge import median as module
-from cvxupdate.diagnose.judge.median import in_common, median
+from cvxupdate.diagnose.judge.median import in_common, likelier_part, median
+from cvxupdate.diagnose.judge.posterior import log_odds
 from cvxupdate.diagnose.types import Errors
 from tests.cases.plain_evidence import PlainEvidence, PlainFit, case_of, effect, rig, weighed
 
@@ -64,3 +65,26 @@ def test_what_is_all_likelier_than_not_stays() -> None:
     assert in_common(decided, [decided, other], [decided, other], CASE) is decided
     small, larger = weighed(behind(6.0), FEET), weighed(BEST, FEET, TRUE)
     assert in_common(small, [small, larger], [small, larger], CASE) is small
+
+
+@pytest.mark.parametrize(
+    ("left", "instead"),
+    [
+        pytest.param(1.0, True, id="as near by itself"),
+        pytest.param(2.0, False, id="less likely by itself"),
+    ],
+)
+def test_a_likelier_part_is_told_in_place_of_the_whole(left: float, instead: bool) -> None:
+    """A joint stood in all that was likely, beside a foot that turns, which was likelier alone (the
+    laboratory's 3181)."""
+    whole = weighed(BEST, FEET, TRUE)
+    part = weighed(replace(BEST, misfit=left), TRUE)
+    other = weighed(BEST, ALONE)
+    assert likelier_part(whole, [whole, other, part], CASE) is (part if instead else whole)
+
+
+def test_a_part_that_is_not_to_be_believed_is_not_told() -> None:
+    far = replace(BEST, misfit=60.0, errors=Errors(0.3, 0.3))
+    whole, part = weighed(far, FEET, TRUE), weighed(far, TRUE)
+    assert log_odds(part, CASE) > log_odds(whole, CASE)
+    assert likelier_part(whole, [part], CASE) is whole

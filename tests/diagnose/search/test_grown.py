@@ -132,19 +132,25 @@ def test_a_rig_is_met_by_the_modes_first(
 
 
 @pytest.mark.parametrize(
-    ("left", "spent", "asked", "ahead"),
+    ("left", "spent", "rig_spent", "asked", "ahead"),
     [
-        pytest.param(0.9, False, True, True, id="the tolerance hides what is missing"),
-        pytest.param(0.9, True, False, False, id="noise alone is left"),
-        pytest.param(0.1, False, True, False, id="no rig is likelier"),
+        pytest.param(0.9, False, True, True, True, id="the tolerance hides what is missing"),
+        pytest.param(0.9, False, False, True, False, id="nor is it the rig"),
+        pytest.param(0.9, True, True, False, False, id="noise alone is left"),
+        pytest.param(0.1, False, True, True, False, id="no rig is likelier"),
     ],
 )
 def test_whole_rigs_compete_in_tables(
-    monkeypatch: pytest.MonkeyPatch, left: float, spent: bool, asked: bool, ahead: bool
+    monkeypatch: pytest.MonkeyPatch,
+    left: float,
+    spent: bool,
+    rig_spent: bool,
+    asked: bool,
+    ahead: bool,
 ) -> None:
     """Softer columns explained a frame whose feet gave way and whose sensors weighed (the
-    laboratory's 4389) within tolerance."""
-    whole, calls = supposed(PlainFit(0.2), A, B), []
+    laboratory's 4389) within tolerance; a fixture and a lump one with a loose joint (3329)."""
+    whole, calls = supposed(PlainFit(0.2, spent=rig_spent), A, B), []
 
     def rigs(evidence: object, known: object, progress: object) -> list[object]:
         calls.append("rigs")

@@ -40,6 +40,18 @@ def test_a_fixture_may_be_a_spring_in_one_of_its_directions() -> None:
     assert not says(spring, [along]), "it acts along another axis"
 
 
+def test_two_supports_of_which_one_is_made_rigid_again_may_be_the_other() -> None:
+    both = effect("grounding_spring", nodes=(1, 2), dof="rz")
+    one, two = (effect("grounding_spring", nodes=(n,), dof="rz") for n in (1, 2))
+    assert says(two, [both, one]) and says(one, [two, both])
+    assert not says(one, [both, one]), "the one that is rigid again"
+    assert not says(two, [both, effect("grounding_spring", nodes=(1,), dof="x")])
+    joints = effect("joint_flexibility", nodes=(1, 2), elements=(3, 4), dof="rz")
+    loose = effect("joint_flexibility", nodes=(1,), elements=(3,), dof="rz")
+    still = effect("joint_flexibility", nodes=(2,), elements=(4,), dof="rz")
+    assert not says(still, [joints, loose]), "a joint's own compliance adds to its class's"
+
+
 def test_more_of_the_same_kind_covers() -> None:
     assert covers(softer(8, 9), softer(8)) and not covers(softer(8), softer(8, 9))
     assert not covers(effect("mass_change", elements=(8, 9)), softer(8))

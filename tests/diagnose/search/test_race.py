@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 from cvxupdate.diagnose.hypothesis import Hypothesis
-from cvxupdate.diagnose.search.race import _field, entered, merged, raced, tenable
+from cvxupdate.diagnose.search.race import _field, entered, merged, raced
+from cvxupdate.diagnose.search.untuned import tenable
 from cvxupdate.diagnose.settings import ABREAST, AGAIN, BEHIND, CLEAR, OPEN, PENALTY, TRIAGED
 from cvxupdate.diagnose.types import Seed
 from cvxupdate.errors import ModelError
