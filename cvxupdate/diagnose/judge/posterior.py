@@ -11,7 +11,7 @@ from cvxupdate.diagnose.hypothesis import Hypothesis, price
 from cvxupdate.diagnose.judge.acceptance import Case, Weighed
 from cvxupdate.diagnose.judge.alternatives import extent, has, nodes_at, nodes_of
 from cvxupdate.diagnose.judge.between import unheard_of
-from cvxupdate.diagnose.nominal.wanted import expected
+from cvxupdate.diagnose.nominal.wanted import expected, foreseen
 from cvxupdate.diagnose.settings import REGION, STRONG
 from cvxupdate.diagnose.types import Key, Real
 from cvxupdate.fe.model import Model
@@ -25,10 +25,10 @@ def log_odds(w: Weighed, case: Case) -> float:
     Kass and Raftery 1995), and the likelihood of what was held out, for which nothing was fitted.
     Where only the pattern of damping is at stake its strain is the likelihood, one figure a mode.
     That something sought is missing at all is one supposition, a rig alone, or one with the shear
-    that theory wants, another: the first
-    shares its probability among all the places where it may stand, which beside hundreds are bound
-    to have one that fits the noise of a rig better (Scott and Berger 2010 on multiplicity). Beside
-    a reference what material does not do takes strong evidence (`unheard_of`)."""
+    that theory wants, another: the first shares its probability among all the places where it may
+    stand, which beside hundreds are bound to have one that fits the noise of a rig better (Scott
+    and Berger 2010 on multiplicity). What theory foresees, with its size, is no unknown. Beside a
+    reference what material does not do takes strong evidence (`unheard_of`)."""
     if case.damping_only:
         figures, fits = float(len(w.fit.p)), -0.5 * w.fit.damping_strain
     else:
@@ -37,9 +37,8 @@ def log_odds(w: Weighed, case: Case) -> float:
     common = file is None or not w.hypothesis.effects  # to all tests, or nothing at all
     sought = bool(w.freed) or not (usual and common)
     odd = 0 if file is None else unheard_of(w.hypothesis, file)
-    return (
-        fits - price(w.unknowns, figures) - sought * float(np.log(case.places)) - odd * STRONG / 2
-    )
+    unknowns = w.unknowns - len(foreseen(case.evidence, w.hypothesis))
+    return fits - price(unknowns, figures) - sought * float(np.log(case.places)) - odd * STRONG / 2
 
 
 def field_of(final: Weighed, others: Sequence[Weighed], case: Case) -> list[Weighed]:

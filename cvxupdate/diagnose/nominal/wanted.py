@@ -5,6 +5,7 @@ from __future__ import annotations
 from cvxupdate.diagnose.hypothesis import Hypothesis, of_a_rig, together, without
 from cvxupdate.diagnose.settings import BY_THEORY, NEAR_THEORY
 from cvxupdate.diagnose.types import Evidence
+from cvxupdate.fe.model import Model
 from cvxupdate.physics.effect import MODES, Effect
 from cvxupdate.physics.shaker import at_drive
 
@@ -27,9 +28,23 @@ def by_theory(evidence: Evidence, parent: Hypothesis) -> Hypothesis | None:
     rest = without(evidence, parent, *has) if has else parent
     if rest is None:
         return None
-    found = evidence.candidates(rest.fit.setting.model, (SHEARS,))
-    whole = max(found, key=lambda e: len(e.place.elements), default=None)
+    whole = shear_of_all(evidence, rest.fit.setting.model)
     return None if whole is None else together(evidence, rest, [whole], BY_THEORY)
+
+
+def shear_of_all(evidence: Evidence, model: Model) -> Effect | None:
+    """The effect that all beams that lack it deform in shear; None where none does."""
+    found = evidence.candidates(model, (SHEARS,)) if SHEARS in evidence.names else []
+    return max(found, key=lambda e: len(e.place.elements), default=None)
+
+
+def foreseen(evidence: Evidence, h: Hypothesis) -> list[int]:
+    """Effects that theory foresees, with their size, however little they may do: the shear of all
+    beams that lack it."""
+    has = [k for k, e in enumerate(h.effects) if e.physics == SHEARS]
+    near = [k for k in has if abs(h.sizes(k)[0] - BY_THEORY) <= NEAR_THEORY]
+    whole = shear_of_all(evidence, evidence.model) if near else None
+    return [k for k in near if whole is not None and h.effects[k].key == whole.key]
 
 
 def expected(evidence: Evidence, h: Hypothesis) -> bool:
@@ -40,7 +55,8 @@ def expected(evidence: Evidence, h: Hypothesis) -> bool:
 
 def sought(evidence: Evidence, h: Hypothesis) -> int:
     """How many things are supposed that are not `expected`."""
-    return sum(not usual(evidence, e) for e in h.effects)
+    theory = foreseen(evidence, h)
+    return sum(not usual(evidence, e) for k, e in enumerate(h.effects) if k not in theory)
 
 
 def usual(evidence: Evidence, e: Effect) -> bool:

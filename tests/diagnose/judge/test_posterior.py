@@ -65,6 +65,21 @@ def test_the_shear_that_theory_wants_is_no_more_sought_than_a_rig() -> None:
         assert log_odds(both, one) - log_odds(both, many) == pytest.approx(math.log(3.0))
 
 
+def test_the_shear_that_theory_foresees_is_no_unknown() -> None:
+    """However little it may do: supports that give way along a portal, a tie by the likelihood,
+    were told in its place (the laboratory's 3754). Of a part of the beams, or of another size, it
+    is a finding like any other."""
+    whole, part = (effect("shear_deformation", elements=e) for e in ((1, 2, 3), (1, 2)))
+    names = ("stiffness_change", "shear_deformation")
+    case = case_of(PlainEvidence(everything=(A, B, whole, part), names=names))
+    unknown, sought = 0.5 * math.log(20.0), math.log(case.places)
+    near, far = (log_odds(weighed(BEST, whole, size=size), case) for size in (1.1, 2.5))
+    assert near - far == pytest.approx(unknown + sought)
+    assert log_odds(weighed(BEST, part, size=1.1), case) == pytest.approx(far)
+    beside = log_odds(weighed(BEST, whole, A, size=1.1), case)
+    assert beside == pytest.approx(log_odds(weighed(BEST, A), case))
+
+
 def test_what_was_held_out_decides_between_near_ties() -> None:
     one, two = weighed(behind(0.2), A), replace(weighed(BEST, B), held_out=-3.0)
     assert log_odds(one, CASE) > log_odds(two, CASE)
