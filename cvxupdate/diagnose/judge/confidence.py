@@ -13,13 +13,14 @@ from cvxupdate.diagnose.judge.posterior import (
     beside_all,
     favoured,
     field_of,
+    log_odds,
     rivals,
     support,
     support_at,
     support_near,
     weights,
 )
-from cvxupdate.diagnose.settings import CUT_SHORT, MOST_SURE, STATED
+from cvxupdate.diagnose.settings import AS_LIKELY, CUT_SHORT, MOST_SURE, STATED
 from cvxupdate.physics.effect import Effect
 
 
@@ -77,8 +78,9 @@ def standing(number: int, final: Weighed, others: Sequence[Weighed], case: Case)
     places = (effect.place, *(e.place for e in (*alike, *same)))
     beside = final.hypothesis.keys - {effect.key}
     model = case.evidence.model
+    images = (effect, *as_likely(effect, final, tried, case))
     return Standing(
-        support(effect, field, likely, model),
+        sum(support(e, field, likely, model) for e in images) / len(images),
         support_at(places, field, likely, model, beside),
         _log(case.scale(case.base) / max(mine, 1e-9)),
         _log(mine),
@@ -99,6 +101,18 @@ def untold(
     rest, tried = final.hypothesis.keys - {effect.key}, {w.hypothesis.keys for w in field}
     same = case.evidence.alike(final.fit, effect, strictly=True)
     return tuple(e for e in same if rest | {e.key} not in tried)
+
+
+def as_likely(
+    effect: Effect, final: Weighed, field: Sequence[Weighed], case: Case
+) -> tuple[Effect, ...]:
+    """Places that no recording tells from that of an effect, refitted and as likely: what is sought
+    beside one of them is sought beside that one only, so they share what each has."""
+    rest = final.hypothesis.keys - {effect.key}
+    least = log_odds(final, case) - AS_LIKELY
+    near = {w.hypothesis.keys for w in field if log_odds(w, case) >= least}
+    same = case.evidence.alike(final.fit, effect, strictly=True)
+    return tuple(e for e in same if e.key != effect.key and rest | {e.key} in near)
 
 
 def certainty_of_groups(wide: Weighed, others: Sequence[Weighed], case: Case) -> float:

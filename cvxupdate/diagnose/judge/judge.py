@@ -198,16 +198,20 @@ def _decided(evidence: Evidence, found: Found, base: Hypothesis) -> Judgement:
 
 def _open(final: Weighed | None, more: Weighed, case: Case) -> bool:
     """Whether what is accepted leaves something to a larger set: more than noise and tolerance; or
-    tables of modes without a reference are strong evidence for the larger one, in which no more is
-    sought than one thing, or than before: in the tolerance of any model one that was fitted hides
-    what is still missing, as the rest of a rig."""
+    tables of modes without a reference are strong evidence for the larger one: in the tolerance of
+    any model one that was fitted hides what is still missing, as the rest of a rig. Where more is
+    sought in it than one thing, or than before, each pays for its places, and the smaller one must
+    leave more than noise."""
     if final is None or not case.evidence.clear(final.fit):
         return True
     if not by_tables_alone(case.evidence):
         return False
-    strong = log_odds(more, case) > log_odds(final, case) + STRONG / 2.0
     many, before = (sought(case.evidence, w.hypothesis) for w in (more, final))
-    return strong and many <= max(1, before)
+    further = max(0, many - max(1, before))
+    least = STRONG / 2.0 + further * float(np.log(case.places))
+    return log_odds(more, case) > log_odds(final, case) + least and not (
+        further and final.fit.spent
+    )
 
 
 def _foretelling(every: Sequence[Weighed], final: Weighed, case: Case) -> list[Weighed]:

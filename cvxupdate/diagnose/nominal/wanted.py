@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from cvxupdate.diagnose.fit import Fit
 from cvxupdate.diagnose.hypothesis import Hypothesis, of_a_rig, together, without
 from cvxupdate.diagnose.settings import BY_THEORY, NEAR_THEORY
 from cvxupdate.diagnose.types import Evidence
@@ -16,6 +17,12 @@ def by_tables_alone(evidence: Evidence) -> bool:
     """Whether tables of modes are all that there is: no reference state had its say of the rig, and
     much explains so few figures in the tolerance of a model."""
     return evidence.told_by == MODES and evidence.file is None
+
+
+def nothing_left(evidence: Evidence, fit: Fit) -> bool:
+    """Whether a fit leaves nothing to seek: it is clear, and of tables alone, whose tolerance hides
+    what else is missing, noise alone is left."""
+    return evidence.clear(fit) and (fit.spent or not by_tables_alone(evidence))
 
 
 def by_theory(evidence: Evidence, parent: Hypothesis) -> Hypothesis | None:

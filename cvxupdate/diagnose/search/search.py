@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from cvxupdate.diagnose.hypothesis import Hypothesis, takes_all
+from cvxupdate.diagnose.nominal.wanted import nothing_left
 from cvxupdate.diagnose.screen.shortlist import best_of
 from cvxupdate.diagnose.search.alike import elsewhere
 from cvxupdate.diagnose.search.backward import backward
@@ -275,7 +276,7 @@ def _enough(evidence: Evidence, singles: Sequence[Hypothesis]) -> bool:
     """Whether one effect is enough, or more than one could not be told."""
     base = evidence.bases[-1]
     spare = base.spare(len(evidence.model.parameters))
-    clear = bool(singles) and evidence.clear(singles[0].fit)
+    clear = bool(singles) and nothing_left(evidence, singles[0].fit)
     return base.misfit <= OPEN * EXPLAINED or clear or spare < SPARE
 
 
@@ -287,9 +288,8 @@ def _mesh_may(evidence: Evidence, h: Hypothesis, times: float = 1.0) -> bool:
 def _told_alone(
     evidence: Evidence, singles: Sequence[Hypothesis], sets: Sequence[Hypothesis]
 ) -> bool:
-    """Whether the best single effect will be told beside which the judgement accepts none of
-    ``sets``, for what is left may be the mesh's: larger ones would be sought for nothing. Pairs
-    stay rivals of it."""
+    """Whether the best single effect will be told beside which none of ``sets`` is accepted, for
+    what is left may be the mesh's: larger ones would be sought for nothing; pairs are rivals."""
     if not (singles and sets) or any(takes_all(evidence, s, singles[0]) for s in sets):
         return False
     h, base = singles[0], evidence.bases[-1]

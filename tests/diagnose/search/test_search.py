@@ -41,6 +41,10 @@ def test_one_effect_is_enough_where_it_is_clear() -> None:
         single = supposed(PlainFit(9.0, beyond_noise=left), effect())
         assert _enough(e, [single]) == enough  # type: ignore[arg-type]
     assert not _enough(e, [])  # type: ignore[arg-type]
+    for spent in (True, False):  # of tables alone, whose tolerance hides what else is missing
+        tables = replace(e, told_by="modes")
+        near = supposed(PlainFit(CLEAR, beyond_noise=CLEAR, spent=spent), effect(nodes=(1,)))
+        assert _enough(tables, [near]) == spent  # type: ignore[arg-type]
 
 
 def test_no_second_is_sought_where_little_is_wrong_or_little_was_measured() -> None:
