@@ -73,12 +73,13 @@ def standing(number: int, final: Weighed, others: Sequence[Weighed], case: Case)
     effect, tried = final.hypothesis.effects[number], field_of(final, others, case)
     mine, known = case.scale(final), weights(tried, case)
     alike = case.evidence.alike(final.fit, effect)
-    same = untold(effect, final, tried, case)
+    one = case.evidence.alike(final.fit, effect, strictly=True)
+    same = untold(one, effect, final, tried)
     field, likely = beside_all(effect, final, tried, known, same)
     places = (effect.place, *(e.place for e in (*alike, *same)))
     beside = final.hypothesis.keys - {effect.key}
     model = case.evidence.model
-    images = (effect, *as_likely(effect, final, tried, case))
+    images = (effect, *as_likely(one, effect, final, tried, case))
     return Standing(
         sum(support(e, field, likely, model) for e in images) / len(images),
         support_at(places, field, likely, model, beside),
@@ -94,25 +95,23 @@ def standing(number: int, final: Weighed, others: Sequence[Weighed], case: Case)
 
 
 def untold(
-    effect: Effect, final: Weighed, field: Sequence[Weighed], case: Case
+    one: Sequence[Effect], effect: Effect, final: Weighed, field: Sequence[Weighed]
 ) -> tuple[Effect, ...]:
-    """Places that no recording tells from that of an effect of the final hypothesis, and that were
-    not refitted."""
+    """Of ``one``, what no recording tells from an effect of the final hypothesis (`Evidence.alike`,
+    strictly), that which was not refitted."""
     rest, tried = final.hypothesis.keys - {effect.key}, {w.hypothesis.keys for w in field}
-    same = case.evidence.alike(final.fit, effect, strictly=True)
-    return tuple(e for e in same if rest | {e.key} not in tried)
+    return tuple(e for e in one if rest | {e.key} not in tried)
 
 
 def as_likely(
-    effect: Effect, final: Weighed, field: Sequence[Weighed], case: Case
+    one: Sequence[Effect], effect: Effect, final: Weighed, field: Sequence[Weighed], case: Case
 ) -> tuple[Effect, ...]:
-    """Places that no recording tells from that of an effect, refitted and as likely: what is sought
-    beside one of them is sought beside that one only, so they share what each has."""
+    """Of the same, that which was refitted and is as likely: what is sought beside one of them is
+    sought beside that one only, so they share what each has."""
     rest = final.hypothesis.keys - {effect.key}
     least = log_odds(final, case) - AS_LIKELY
     near = {w.hypothesis.keys for w in field if log_odds(w, case) >= least}
-    same = case.evidence.alike(final.fit, effect, strictly=True)
-    return tuple(e for e in same if e.key != effect.key and rest | {e.key} in near)
+    return tuple(e for e in one if e.key != effect.key and rest | {e.key} in near)
 
 
 def certainty_of_groups(wide: Weighed, others: Sequence[Weighed], case: Case) -> float:

@@ -28,8 +28,7 @@ def nothing_left(evidence: Evidence, fit: Fit) -> bool:
 def by_theory(evidence: Evidence, parent: Hypothesis) -> Hypothesis | None:
     """A parent with the shear that theory wants of its beams, as large as that says; None where
     it wants none, or the parent has that much."""
-    has = [k for k, e in enumerate(parent.effects) if e.physics == SHEARS]
-    near = any(abs(parent.sizes(k)[0] - BY_THEORY) <= NEAR_THEORY for k in has)
+    has, near = _sheared(parent)
     if not evidence.stocky or near or SHEARS not in evidence.names:
         return None
     rest = without(evidence, parent, *has) if has else parent
@@ -37,6 +36,12 @@ def by_theory(evidence: Evidence, parent: Hypothesis) -> Hypothesis | None:
         return None
     whole = shear_of_all(evidence, rest.fit.setting.model)
     return None if whole is None else together(evidence, rest, [whole], BY_THEORY)
+
+
+def _sheared(h: Hypothesis) -> tuple[list[int], list[int]]:
+    """Which effects are shear, and which of these are near the size that theory says."""
+    has = [k for k, e in enumerate(h.effects) if e.physics == SHEARS]
+    return has, [k for k in has if abs(h.sizes(k)[0] - BY_THEORY) <= NEAR_THEORY]
 
 
 def shear_of_all(evidence: Evidence, model: Model) -> Effect | None:
@@ -48,8 +53,7 @@ def shear_of_all(evidence: Evidence, model: Model) -> Effect | None:
 def foreseen(evidence: Evidence, h: Hypothesis) -> list[int]:
     """Effects that theory foresees, with their size, however little they may do: the shear of all
     beams that lack it."""
-    has = [k for k, e in enumerate(h.effects) if e.physics == SHEARS]
-    near = [k for k in has if abs(h.sizes(k)[0] - BY_THEORY) <= NEAR_THEORY]
+    near = _sheared(h)[1]
     whole = shear_of_all(evidence, evidence.model) if near else None
     return [k for k in near if whole is not None and h.effects[k].key == whole.key]
 

@@ -88,8 +88,7 @@ def raced(
                 carried = _better(found, again, arrived)
                 if carried is not None:
                     (arrived if tenable(evidence, carried) else lost).append(carried)
-        effort = "sharp" if level == evidence.levels - 1 else "coarse"
-        arrived += _untuned(evidence, lost, arrived, effort)
+        arrived += _untuned(evidence, lost, arrived, _effort(evidence, level))
         runners = merged(arrived)
     return runners
 
@@ -105,12 +104,16 @@ def _field(runners: Sequence[Hypothesis], most: int, behind: float) -> list[Hypo
     ]
 
 
+def _effort(evidence: Evidence, level: int) -> str:
+    return "sharp" if level == evidence.levels - 1 else "coarse"
+
+
 def _sharper(
     evidence: Evidence, level: int, arrived: Sequence[Hypothesis], h: Hypothesis
 ) -> tuple[Hypothesis | None, Hypothesis | None]:
     """Fitted on from where it is; and what leaves much at an early level begun a second time, from
     nominal nuisance parameters, unless it is far behind those that ``arrived`` so far."""
-    effort = "sharp" if level == evidence.levels - 1 else "coarse"
+    effort = _effort(evidence, level)
     setting = evidence.at_level(h.fit.setting, level)
     found = refitted(evidence, Seed(h.effects, setting, h.fit.p), effort)
     if found is None or level != AGAIN or found.fit.excess <= CLEAR or _behind(found, arrived):

@@ -160,7 +160,8 @@ def test_places_that_move_as_one_share_though_only_one_was_refitted() -> None:
     assert alone.told and alone.confidence == pytest.approx(1.0 / 3.0)
     both = standing(0, final, [final, other], case)
     assert both.told and both.confidence == pytest.approx(1.0 / 3.0)
-    assert untold(first, final, [final, other], case) == (second,)
+    one = case.evidence.alike(final.fit, first, strictly=True)
+    assert untold(one, first, final, [final, other]) == (second,)
 
 
 def test_places_that_were_not_refitted_can_be_written_down() -> None:
