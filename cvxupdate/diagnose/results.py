@@ -21,13 +21,15 @@ from cvxupdate.fe.model import Model
 from cvxupdate.physics.effect import Effect
 from cvxupdate.physics.fault import Fault
 from cvxupdate.physics.place import Place, listed
+from cvxupdate.physics.units import quantity
 
 Real = NDArray[np.float64]
 
 
 def in_words(effect: Effect, values: Mapping[str, float], deviations: Mapping[str, float]) -> str:
     """What an effect says, and which of several figures it does not tell: those that are less than
-    twice their deviations. One that is there without a size says so."""
+    twice their deviations. One that is there without a size says so, and so does a single spring
+    that is told to be soft and not how soft: what a hinge leaves goes with its stiffness."""
     first = effect.figures[0] if effect.figures else None
     if first is not None and first.nothing is not None:
         size = abs(values[first.name] - first.nothing)
@@ -35,6 +37,10 @@ def in_words(effect: Effect, values: Mapping[str, float], deviations: Mapping[st
         if untold and size < SEEN_SIZE * deviations.get(first.name, 0.0):
             return untold
     vague = [n for n, x in values.items() if abs(x) < LEAST_SIZE * deviations.get(n, 0.0)]
+    if vague and len(values) == 1 and first is not None and first.nothing is None and first.unit:
+        most = values[first.name] + LEAST_SIZE * deviations[first.name]
+        told = f"all that is told is less than {quantity(most, first.unit)}"
+        return f"{effect.says(values)} (It may be as good as free: {told}.)"
     if len(values) < 2 or not vague:
         return effect.says(values)
     return (

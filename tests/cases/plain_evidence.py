@@ -261,8 +261,10 @@ class PlainEvidence:
         return self.bases[-1] if self.beside is None else self.beside
 
 
-def supposed(fit: PlainFit, *effects: Effect, size: float = 0.5, std: float = 0.01) -> Hypothesis:
-    """Effects with a fit, each unknown ``size`` large with deviation ``std``."""
+def supposed(
+    fit: PlainFit, *effects: Effect, size: float | Sequence[float] = 0.5, std: float = 0.01
+) -> Hypothesis:
+    """Effects with a fit, each unknown ``size`` large (or one for each) with deviation ``std``."""
     columns = sum(e.columns for e in effects)
     faults = tuple(e.fault for e in effects if e.fault is not None)
     setting = PlainSetting(PlainModel(tuple(parameter(f"q{k}") for k in range(columns))), faults)
@@ -270,7 +272,7 @@ def supposed(fit: PlainFit, *effects: Effect, size: float = 0.5, std: float = 0.
     return Hypothesis(effects, replace(fit, p=p, deviations=0.0 * p + std, setting=setting))  # type: ignore[arg-type]
 
 
-def weighed(fit: PlainFit, *effects: Effect, freed: int = 0, **sizes: float) -> Weighed:
+def weighed(fit: PlainFit, *effects: Effect, freed: int = 0, **sizes: Any) -> Weighed:
     """A hypothesis with the errors of its fit."""
     return Weighed(supposed(fit, *effects, **sizes), fit.errors, freed)
 

@@ -455,6 +455,8 @@ def tip_masses(truth: dict[str, Any], everything: bool) -> list[Claim]:
                     f"nearest added mass: {m:.4g} kg ({100 * (m / truth[name] - 1):+.1f} %) at "
                     f"node {best['location']['nodes'][0]} of 21"
                 )
+            if "graded" in said:
+                note = f"{said['graded']['says']} {note}".rstrip()
             rows.append(
                 Claim(
                     "unb-cantilever-tip-mass",

@@ -97,6 +97,15 @@ def nodes_at(effect: Effect, model: Model) -> frozenset[int]:
     return frozenset(effect.place.nodes or nodes_of(model, effect.place.elements))
 
 
+def moved(effect: Effect, model: Model) -> frozenset[int]:
+    """The nodes on which an effect without a place acts: those with accelerometers, which may be
+    one."""
+    along = None if effect.change is None else effect.change.along
+    if along is None:
+        return frozenset()
+    return frozenset(model.node_ids[model.dof_node[along.used]].tolist())
+
+
 def extent(nodes: Collection[int], model: Model) -> float:
     """How far some nodes extend, in parts of the structure's extent; infinite where there are
     none."""

@@ -4,16 +4,17 @@ common, a kind of change at a place."""
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from cvxupdate.diagnose.hypothesis import Figures
 from cvxupdate.diagnose.judge.acceptance import Case, Weighed, better
-from cvxupdate.diagnose.judge.alternatives import extent, nodes_at
+from cvxupdate.diagnose.judge.alternatives import extent, moved, nodes_at
+from cvxupdate.diagnose.judge.left_over import left_over
 from cvxupdate.diagnose.judge.posterior import field_of, weights
-from cvxupdate.diagnose.judge.soundness import sound
-from cvxupdate.diagnose.settings import GRADED, MOST_SURE, REGION
+from cvxupdate.diagnose.judge.soundness import unsound
+from cvxupdate.diagnose.settings import CUT_SHORT, GRADED, MOST_SURE, REGION
 from cvxupdate.fe.model import Model
 from cvxupdate.physics.effect import Effect
 from cvxupdate.physics.place import Place, at, where
@@ -39,6 +40,7 @@ SAYS = {
     "measurement": "a channel of the measurement is wrong",
     "": "something differs",
 }
+MASS = "kg"
 LEADS = 4  # likely places around which a region is grown
 
 
@@ -46,19 +48,24 @@ LEADS = 4  # likely places around which a region is grown
 class Graded:
     """A kind of change (empty: of any kind) at a place (without nodes and elements: anywhere), how
     likely it is part of the truth, what part of the misfit the likeliest hypothesis that has it
-    explains; where all that have it are of one effect, its first figure with deviation."""
+    explains; where all that have it are of one effect, its first figure with deviation, and what it
+    is in words where its place does not say it (``title``); what that hypothesis leaves (``rest``).
+    """
 
     kind: str
     place: Place
     probability: float
     explains: float
     figure: tuple[str, str, float, float] | None = None
+    title: str = ""
+    rest: str = ""
 
     @property
     def says(self) -> str:
         """One sentence."""
         spot = self.place if self.place.nodes or self.place.elements else None
-        there = "" if spot is None else f" {at(spot)}" if spot.elements else f" at {where(spot)}"
+        there = "" if spot is None else at(spot) if spot.elements else f"at {where(spot)}"
+        there = f": {self.title}" if self.title else f" {there}".rstrip()
         much = ""
         if self.figure is not None:
             _, unit, value, std = self.figure
@@ -66,8 +73,8 @@ class Graded:
         return (
             f"What can be said: {SAYS[self.kind]}{there}{much} (probability "
             f"{100 * self.probability:.0f} %, whatever else is wrong); the likeliest such change "
-            f"explains {100 * self.explains:.0f} % of the mismatch."
-        )
+            f"explains {100 * self.explains:.0f} % of the mismatch. {self.rest}"
+        ).rstrip()
 
     def to_json(self) -> dict[str, object]:
         """The entry ``graded`` of diagnosis.json."""
@@ -97,7 +104,10 @@ class _Member:
 
 def graded(tried: Sequence[Weighed], case: Case) -> Graded | None:
     """The most that is likely: a kind at a place, else a place, else a kind; None where nothing
-    reaches `GRADED`. Hypotheses that are unsound, or no better than nothing, count against all.
+    reaches `GRADED`. Hypotheses without a sound effect, or no better than nothing, count against
+    all, and what was not tried for want of time might; what a hypothesis has beside, too small to
+    be told, says nothing, nor does one of which a part alone is likelier (Occam's window; Madigan
+    and Raftery 1994).
 
     Probabilities are those of the posterior times the part of the misfit that the likeliest
     hypothesis explains: what makes the rest may stand for this, too.
@@ -105,30 +115,44 @@ def graded(tried: Sequence[Weighed], case: Case) -> Graded | None:
     if case.damping_only or not tried:
         return None
     field = field_of(tried[0], tried[1:], case)
-    likely = weights(field, case)
-    good = [k for k, w in enumerate(field) if w.unknowns and likely[k] > 0.0 and _good(w, case)]
-    if not good:
-        return None
+    likely = _windowed(field, weights(field, case))
+    most = CUT_SHORT if case.evidence.unfinished else MOST_SURE
+    good = [k for k, w in enumerate(field) if likely[k] > 0.0 and better(w, case.base, case)]
     model, whole = case.evidence.model, max(case.scale(case.base), 1e-300)
-    members = [m for k in good for m in _members(k, field[k], model)]
+    members = [m for k in good for m in _members(k, field[k], case)]
+    if not members:
+        return None
     explains = [float(np.clip(1.0 - case.scale(w) / whole, 0.0, 1.0)) for w in field]
     for claim in _claims(members, likely, model):
         owners = {m.owner for m in claim}
         best = max(owners, key=lambda k: likely[k])
-        sure = min(MOST_SURE, float(likely[sorted(owners)].sum()) * explains[best])
+        sure = min(most, float(likely[sorted(owners)].sum()) * explains[best])
         if sure >= GRADED:
-            return _said(claim, likely, sure, explains[best], model)
+            said = _said(claim, likely, sure, explains[best], model)
+            return replace(said, rest=left_over(field[best], field, case))
     return None
 
 
-def _good(w: Weighed, case: Case) -> bool:
-    return sound(w.hypothesis, case.evidence) and better(w, case.base, case)
+def _windowed(field: Sequence[Weighed], likely: np.ndarray) -> np.ndarray:
+    """Probabilities of a field without those of which another is a part that is likelier."""
+    keys = [w.hypothesis.keys for w in field]
+    kept = [
+        not any(keys[j] < own and likely[j] > likely[k] for j in range(len(field)))
+        for k, own in enumerate(keys)
+    ]
+    out = np.where(kept, likely, 0.0)
+    return np.asarray(out / out.sum())
 
 
-def _members(owner: int, w: Weighed, model: Model) -> Iterator[_Member]:
-    for effect, figures in zip(w.hypothesis.effects, w.hypothesis.figures, strict=True):
+def _members(owner: int, w: Weighed, case: Case) -> Iterator[_Member]:
+    """The sound effects of a hypothesis."""
+    h, model = w.hypothesis, case.evidence.model
+    small = unsound(h, case.evidence)
+    for j, (effect, figures) in enumerate(zip(h.effects, h.figures, strict=True)):
         kind = next((k for k, names in KINDS.items() if effect.physics in names), "")
-        yield _Member(owner, effect, figures, kind, nodes_at(effect, model))
+        if j not in small:
+            nodes = nodes_at(effect, model) or moved(effect, model)
+            yield _Member(owner, effect, figures, kind, nodes)
 
 
 def _claims(
@@ -153,7 +177,7 @@ def _regions(
     members: Sequence[_Member], likely: np.ndarray, model: Model
 ) -> Iterator[Sequence[_Member]]:
     """Members near one another, around each of the likeliest: next ones join, likeliest first, as
-    long as the whole is small beside the structure."""
+    long as the whole is small beside the structure, and are needed for next to all of it."""
     ranked = sorted((m for m in members if m.nodes), key=lambda m: -likely[m.owner])
     for lead in ranked[:LEADS]:
         near, nodes = [lead], lead.nodes
@@ -161,7 +185,15 @@ def _regions(
             if other is not lead and extent(nodes | other.nodes, model) <= REGION:
                 near, nodes = [*near, other], nodes | other.nodes
         if extent(nodes, model) <= REGION:
-            yield near
+            yield _needed(near, likely)
+
+
+def _needed(near: Sequence[_Member], likely: np.ndarray) -> Sequence[_Member]:
+    """The likeliest of some members, which make `MOST_SURE` of the probability of them all."""
+    owners = sorted({m.owner for m in near}, key=lambda k: -likely[k])
+    share = np.cumsum(likely[owners]) / max(float(likely[owners].sum()), 1e-300)
+    most = owners[: int(np.searchsorted(share, MOST_SURE)) + 1]
+    return [m for m in near if m.owner in most]
 
 
 def _said(
@@ -169,8 +201,9 @@ def _said(
 ) -> Graded:
     kinds, nodes = {m.kind for m in claim}, sorted(set().union(*(m.nodes for m in claim)))
     if len({m.effect.key for m in claim}) == 1 and claim[0].effect.place.elements:
-        place = claim[0].effect.place
-        return Graded(kinds.pop(), place, sure, explains, _figure(claim, likely))
+        one = claim[0].effect
+        title = one.title if one.spot else ""
+        return Graded(kinds.pop(), one.place, sure, explains, _figure(claim, likely), title)
     regional = extent(frozenset(nodes), model) <= REGION
     dofs = {m.effect.place.dof for m in claim}
     place = Place(nodes=tuple(nodes), dof=dofs.pop() if len(dofs) == 1 else None)
@@ -185,13 +218,19 @@ def _said(
 
 def _figure(claim: Sequence[_Member], likely: np.ndarray) -> tuple[str, str, float, float] | None:
     """Mean over all that have it, with their scatter; None where they are of several effects, or
-    have no unit of their own (a factor of one element is none of another)."""
+    have no unit of their own (a factor of one element is none of another). Masses add up."""
     q = claim[0].effect.figures[0] if claim[0].effect.figures else None
-    if q is None or len({m.effect.physics for m in claim}) > 1 or not q.unit or q.unit == "1":
+    if q is None or not q.unit or q.unit == "1":
         return None
-    share = np.array([likely[m.owner] for m in claim])
-    share = share / share.sum()
-    values = np.array([m.figures.values[q.name] for m in claim])
-    std = np.array([m.figures.deviations[q.name] for m in claim])
+    alike = {(m.effect.figures[0].name, m.effect.figures[0].unit) for m in claim}
+    if len(alike) > 1 or (len({m.effect.physics for m in claim}) > 1 and q.unit != MASS):
+        return None
+    owners = list(dict.fromkeys(m.owner for m in claim))
+    own = [[m.figures for m in claim if m.owner == k] for k in owners]
+    if q.unit != MASS:
+        own = [some[:1] for some in own]
+    share = likely[owners] / likely[owners].sum()
+    values = np.array([sum(f.values[q.name] for f in some) for some in own])
+    squares = np.array([sum(f.deviations[q.name] ** 2 for f in some) for some in own])
     mean = float(share @ values)
-    return q.name, q.unit, mean, float(np.sqrt(share @ (std**2 + (values - mean) ** 2)))
+    return q.name, q.unit, mean, float(np.sqrt(share @ (squares + (values - mean) ** 2)))

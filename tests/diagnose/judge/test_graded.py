@@ -15,13 +15,26 @@ from cvxupdate.diagnose.output.wording import verdict_of
 from cvxupdate.diagnose.search.search import Found
 from cvxupdate.diagnose.settings import GRADED
 from cvxupdate.diagnose.types import Errors
+from cvxupdate.physics.directions import parallel
 from cvxupdate.physics.place import Place
 from cvxupdate.physics.quantity import physical
-from tests.cases.plain_evidence import PlainEvidence, PlainFit, case_of, effect, supposed, weighed
+from tests.cases.plain_evidence import (
+    PlainEvidence,
+    PlainFit,
+    case_of,
+    effect,
+    rig,
+    supposed,
+    weighed,
+)
 
 NODES = np.arange(1, 11)
 BAR = SimpleNamespace(
-    node_ids=NODES, xyz=np.outer(NODES, [1.0, 0.0, 0.0]), blocks=(), parameters=()
+    node_ids=NODES,
+    dof_node=NODES - 1,
+    xyz=np.outer(NODES, [1.0, 0.0, 0.0]),
+    blocks=(),
+    parameters=(),
 )
 BASE = PlainFit(100.0, errors=Errors(0.5, 0.5))
 EVIDENCE = PlainEvidence((BASE,), model=BAR)  # type: ignore[arg-type]
@@ -89,8 +102,7 @@ def test_the_likelier_weighs_more() -> None:
 
 
 def test_sizes_of_one_effect_are_one_size_with_their_scatter() -> None:
-    kilograms = (replace(physical("m", "kg"), convert=lambda m, q, x, dx, unit: (x, dx)),)
-    a, b = (replace(mass(n), figures=kilograms) for n in (9, 10))
+    a, b = (replace(mass(n), figures=KILOGRAMS) for n in (9, 10))
     tried = [weighed(POOR, a, size=0.2, std=0.01), weighed(POOR, b, size=0.3, std=0.01)]
     found = graded(tried, CASE)
     assert found is not None and found.figure is not None
@@ -99,6 +111,47 @@ def test_sizes_of_one_effect_are_one_size_with_their_scatter() -> None:
     assert std == pytest.approx(np.hypot(0.01, 0.05))
     assert "0.250 kg (± 51.0 g)" in found.says
     assert found.to_json()["parameters"] == {"m": value}
+
+
+KILOGRAMS = (replace(physical("m", "kg"), convert=lambda m, q, x, dx, unit: (x, dx)),)
+
+
+def accelerometers(*nodes: int):
+    """Their mass, at nodes of the bar."""
+    rows = np.array(nodes, dtype=np.int64) - 1
+    e = rig("sensor_mass", nodes=())
+    along = parallel(rows, np.eye(len(rows)), np.ones(len(rows)))
+    return replace(e, figures=KILOGRAMS, action=replace(e.change, along=along))
+
+
+def test_what_a_likely_set_has_beside_too_small_to_be_told_takes_nothing_from_it() -> None:
+    """A rig is fitted beside everything, needed or not; a set that is less likely than a part of
+    it says what the part says."""
+    idle = weighed(replace(POOR, misfit=9.9), mass(9), spring(1), size=(1.0, 0.001))
+    found = graded([of(mass(9)), idle, of(spring(1), misfit=17.0)], CASE)
+    assert found is not None and found.kind == "mass" and found.place.nodes == (9,)
+    assert found.probability == pytest.approx(0.9, abs=0.01)
+
+
+def test_accelerometers_at_one_node_are_a_mass_there() -> None:
+    found = graded([of(accelerometers(9)), of(mass(9))], CASE)
+    assert found is not None and found.kind == "mass" and found.place.nodes == (9,)
+    spread = graded([of(accelerometers(1, 10)), of(mass(1))], CASE)
+    assert spread is not None and spread.place == Place(), "theirs is at both"
+
+
+def test_masses_at_one_place_add_up() -> None:
+    lump = replace(mass(9), figures=KILOGRAMS)
+    both = weighed(POOR, lump, accelerometers(9), size=(0.1, 0.2), std=0.01)
+    found = graded([both, weighed(POOR, lump, size=0.3, std=0.01)], CASE)
+    assert found is not None and found.figure is not None
+    assert found.figure[2] == pytest.approx(0.3)
+
+
+def test_only_what_is_needed_for_the_claim_is_named() -> None:
+    """A neighbour that is a thousandth as likely is no place of it."""
+    found = graded([of(mass(9)), of(mass(10), misfit=20.0)], CASE)
+    assert found is not None and found.place.nodes == (9,)
 
 
 def test_it_is_said_with_the_verdict_and_where_the_rest_is() -> None:
