@@ -166,11 +166,16 @@ def _claims(
     def weight(claim: Sequence[_Member]) -> float:
         return -float(likely[sorted({m.owner for m in claim})].sum())
 
-    ones = dict.fromkeys(m.effect.key for m in members if m.effect.place.elements)
+    ones = dict.fromkeys(m.effect.key for m in members if _spread(m, model))
     yield from sorted(([m for m in members if m.effect.key == k] for k in ones), key=weight)
     yield from sorted((r for ms in by_kind for r in _regions(ms, likely, model)), key=weight)
     yield from sorted(_regions(members, likely, model), key=weight)
     yield from sorted(by_kind, key=weight)
+
+
+def _spread(m: _Member, model: Model) -> bool:
+    """Whether an effect is a claim by itself: of elements, or of nodes all over the structure."""
+    return bool(m.effect.place.elements) or REGION < extent(m.nodes, model) < np.inf
 
 
 def _regions(
@@ -200,9 +205,9 @@ def _said(
     claim: Sequence[_Member], likely: np.ndarray, sure: float, explains: float, model: Model
 ) -> Graded:
     kinds, nodes = {m.kind for m in claim}, sorted(set().union(*(m.nodes for m in claim)))
-    if len({m.effect.key for m in claim}) == 1 and claim[0].effect.place.elements:
+    if len({m.effect.key for m in claim}) == 1 and _spread(claim[0], model):
         one = claim[0].effect
-        title = one.title if one.spot else ""
+        title = one.title if one.spot or one.place == Place() else ""
         return Graded(kinds.pop(), one.place, sure, explains, _figure(claim, likely), title)
     regional = extent(frozenset(nodes), model) <= REGION
     dofs = {m.effect.place.dof for m in claim}

@@ -75,6 +75,13 @@ def test_one_member_that_all_have_is_said_however_long_it_is() -> None:
     assert "a stiffness differs in elements 34 to 36" in found.says
 
 
+def test_a_class_all_over_the_structure_is_said_by_its_own_words() -> None:
+    feet = replace(effect("grounding_spring", nodes=(1, 10)), spot="of the 2 supports")
+    found = graded([of(feet, mass(1)), of(feet, mass(10)), of(feet, spring(5))], CASE)
+    assert found is not None and found.place.nodes == (1, 10)
+    assert "a stiffness differs: some grounding spring of the 2 supports" in found.says
+
+
 def test_masses_far_apart_are_a_mass_somewhere() -> None:
     found = graded([of(mass(1)), of(mass(10))], CASE)
     assert found is not None and found.kind == "mass" and found.place == Place()
@@ -138,6 +145,10 @@ def test_accelerometers_at_one_node_are_a_mass_there() -> None:
     assert found is not None and found.kind == "mass" and found.place.nodes == (9,)
     spread = graded([of(accelerometers(1, 10)), of(mass(1))], CASE)
     assert spread is not None and spread.place == Place(), "theirs is at both"
+    alone = graded(
+        [of(accelerometers(1, 10)), of(accelerometers(1, 10), mass(3), misfit=9.0)], CASE
+    )
+    assert alone is not None and "a mass differs: what a rig does in the whole" in alone.says
 
 
 def test_masses_at_one_place_add_up() -> None:
