@@ -78,7 +78,8 @@ class ModelChange:
     ``additive``: K and M move in proportion, and those of a set as the sum of its members';
     ``series``: a compliance beside that of its place: sizes p act as p / (1 + p); ``cubic``:
     stiffness goes with (1 + p)³; ``along``: its directions at any size, where the tangent does not
-    tell; ``start``: all its unknowns from the size of the first; ``others``: further starts.
+    tell; ``start``: all its unknowns from the size of the first; ``others``: further starts;
+    ``nodes`` on which it acts, of the whole structure, where they are known.
     """
 
     grow: Callable[[], Model]
@@ -90,6 +91,7 @@ class ModelChange:
     along: LowRank | None = None
     start: Callable[[float], Real] | None = None
     others: Callable[[Real], Sequence[Real]] | None = None
+    nodes: tuple[int, ...] = ()
 
     @cached_property
     def model(self) -> Model:

@@ -48,8 +48,10 @@ class SensorMass(EffectType):
     def _of(self, context: SearchContext, found: Mapping[int, int]) -> Effect | None:
         """With so many at each node."""
         alike: dict[tuple[int, ...], list[list[int]]] = {}  # by the directions in which they move
+        nodes: list[int] = []
         for node, rows in translations(context.model).items():
             if node in found:
+                nodes.append(node)
                 kinds = tuple(int(context.model.dof_kind[r]) for r in rows)
                 alike.setdefault(kinds, []).extend([rows] * found[node])
         count = sum(map(len, alike.values()))
@@ -66,7 +68,7 @@ class SensorMass(EffectType):
         along = _along([r for rows in alike.values() for own in rows for r in own], unit)
         several = max(found.values()) > 1
         kind = EachDirection if several else ModelChange
-        change = kind(grow, (tangent,), additive=True, along=along)
+        change = kind(grow, (tangent,), additive=True, along=along, nodes=tuple(nodes))
         spot = f"{at(Place())}{APART}" if several else ""
         return Effect(self, Place(), change, (physical("m", "kg"),), 1, LIMITS, spot)
 

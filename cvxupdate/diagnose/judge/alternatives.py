@@ -93,17 +93,9 @@ def nodes_of(model: Model, elements: Sequence[int]) -> set[int]:
 
 
 def nodes_at(effect: Effect, model: Model) -> frozenset[int]:
-    """The nodes of an effect's place, or those that its elements stand on."""
-    return frozenset(effect.place.nodes or nodes_of(model, effect.place.elements))
-
-
-def moved(effect: Effect, model: Model) -> frozenset[int]:
-    """The nodes on which an effect without a place acts: those with accelerometers, which may be
-    one."""
-    along = None if effect.change is None else effect.change.along
-    if along is None:
-        return frozenset()
-    return frozenset(model.node_ids[model.dof_node[along.used]].tolist())
+    """The nodes of an effect's place, or those that its elements stand on, or on which it acts."""
+    on = () if effect.change is None else effect.change.nodes
+    return frozenset(effect.place.nodes or nodes_of(model, effect.place.elements) or on)
 
 
 def extent(nodes: Collection[int], model: Model) -> float:

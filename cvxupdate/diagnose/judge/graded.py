@@ -10,7 +10,7 @@ import numpy as np
 
 from cvxupdate.diagnose.hypothesis import Figures
 from cvxupdate.diagnose.judge.acceptance import Case, Weighed, better
-from cvxupdate.diagnose.judge.alternatives import extent, moved, nodes_at
+from cvxupdate.diagnose.judge.alternatives import extent, nodes_at
 from cvxupdate.diagnose.judge.left_over import left_over
 from cvxupdate.diagnose.judge.posterior import field_of, weights
 from cvxupdate.diagnose.judge.soundness import unsound
@@ -151,8 +151,7 @@ def _members(owner: int, w: Weighed, case: Case) -> Iterator[_Member]:
     for j, (effect, figures) in enumerate(zip(h.effects, h.figures, strict=True)):
         kind = next((k for k, names in KINDS.items() if effect.physics in names), "")
         if j not in small:
-            nodes = nodes_at(effect, model) or moved(effect, model)
-            yield _Member(owner, effect, figures, kind, nodes)
+            yield _Member(owner, effect, figures, kind, nodes_at(effect, model))
 
 
 def _claims(
@@ -227,7 +226,7 @@ def _figure(claim: Sequence[_Member], likely: np.ndarray) -> tuple[str, str, flo
     q = claim[0].effect.figures[0] if claim[0].effect.figures else None
     if q is None or not q.unit or q.unit == "1":
         return None
-    alike = {(m.effect.figures[0].name, m.effect.figures[0].unit) for m in claim}
+    alike = {tuple((f.name, f.unit) for f in m.effect.figures[:1]) for m in claim}
     if len(alike) > 1 or (len({m.effect.physics for m in claim}) > 1 and q.unit != MASS):
         return None
     owners = list(dict.fromkeys(m.owner for m in claim))

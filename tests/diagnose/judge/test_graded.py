@@ -15,7 +15,6 @@ from cvxupdate.diagnose.output.wording import verdict_of
 from cvxupdate.diagnose.search.search import Found
 from cvxupdate.diagnose.settings import GRADED
 from cvxupdate.diagnose.types import Errors
-from cvxupdate.physics.directions import parallel
 from cvxupdate.physics.place import Place
 from cvxupdate.physics.quantity import physical
 from tests.cases.plain_evidence import (
@@ -125,10 +124,8 @@ KILOGRAMS = (replace(physical("m", "kg"), convert=lambda m, q, x, dx, unit: (x, 
 
 def accelerometers(*nodes: int):
     """Their mass, at nodes of the bar."""
-    rows = np.array(nodes, dtype=np.int64) - 1
     e = rig("sensor_mass", nodes=())
-    along = parallel(rows, np.eye(len(rows)), np.ones(len(rows)))
-    return replace(e, figures=KILOGRAMS, action=replace(e.change, along=along))
+    return replace(e, figures=KILOGRAMS, action=replace(e.change, nodes=nodes))
 
 
 def test_what_a_likely_set_has_beside_too_small_to_be_told_takes_nothing_from_it() -> None:
