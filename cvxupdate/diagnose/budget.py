@@ -14,11 +14,16 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
 
-from cvxupdate.diagnose.settings import BUDGET, CUT_SHORT, SHARED, WALL
+from cvxupdate.diagnose.settings import BUDGET, CUT_SHORT, MOST_SURE, SHARED, WALL
 from cvxupdate.forked import processor_time
 from cvxupdate.parallel import processors
 
 AFTERWARDS = 20.0  # s of computing, of what has begun, the judgement and the page
+
+
+def most_sure(unfinished: bool) -> float:
+    """The most confidence that may be stated of a search, or of one that time ended."""
+    return CUT_SHORT if unfinished else MOST_SURE
 
 
 @dataclass

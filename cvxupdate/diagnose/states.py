@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cvxupdate.diagnose.budget import Budget
+from cvxupdate.diagnose.budget import Budget, most_sure
 from cvxupdate.diagnose.gather import gathered, responses_of
 from cvxupdate.diagnose.modes.evidence import ModesEvidence
 from cvxupdate.diagnose.modes.kinds import departs, whole_within
@@ -28,10 +28,8 @@ from cvxupdate.diagnose.output.wording import by_themselves
 from cvxupdate.diagnose.results import Finding
 from cvxupdate.diagnose.settings import (
     AT_BOUND,
-    CUT_SHORT,
     HALVED,
     LEAST_SIZE,
-    MOST_SURE,
     STATED,
     STRONG,
 )
@@ -205,7 +203,7 @@ def _findings(
                 figures,
                 deviations,
                 deviations,
-                min(best.probability, CUT_SHORT if parts[0].evidence.unfinished else MOST_SURE),
+                min(best.probability, most_sure(parts[0].evidence.unfinished)),
                 explains,
                 tuple(r.shared.effects[k] for r in near),
                 says,

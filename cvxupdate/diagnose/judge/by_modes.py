@@ -1,10 +1,9 @@
 """What responses leave open, once more by the modes in them.
 
-A light resonance is narrower than a real structure is off from its model (a sensor beside its
-node, a lump off the axis): with all that is missing found, responses still differ by a third.
-Natural frequencies and shapes do not care. From what they tell the search goes on; and where it
-ends with nothing to claim, what they tell is claimed if the responses confirm it: there, too, it
-halves what the nuisance parameters leave, fitted and held out.
+A light resonance is narrower than a real structure is off from its model (a sensor beside its node,
+a lump off the axis): with all that is missing found, responses still differ by a third. Natural
+frequencies and shapes do not care. What they tell the search goes on from; where it ends with
+nothing, that is claimed if it halves what nuisance parameters leave, fitted and held out.
 """
 
 from __future__ import annotations
@@ -13,6 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
+from cvxupdate.diagnose.budget import most_sure
 from cvxupdate.diagnose.hypothesis import Hypothesis, without
 from cvxupdate.diagnose.judge.acceptance import (
     Case,
@@ -34,7 +34,7 @@ from cvxupdate.diagnose.judge.soundness import sound
 from cvxupdate.diagnose.results import Finding, Further
 from cvxupdate.diagnose.search.carried import carried
 from cvxupdate.diagnose.search.search import Found, search
-from cvxupdate.diagnose.settings import CUT_SHORT, EXPLAINED, MOST_SURE, STAYING
+from cvxupdate.diagnose.settings import EXPLAINED, STAYING
 from cvxupdate.diagnose.types import Evidence, Progress
 
 LOOKED = "the natural frequencies and mode shapes identified from the responses"
@@ -210,7 +210,7 @@ class ByModes:
             known.get((e.physics, e.place)) or standing(k, final, judgement.field, judgement.case)
             for k, e in enumerate(final.hypothesis.effects)
         ]
-        most = CUT_SHORT if self.evidence.unfinished else MOST_SURE
+        most = most_sure(self.evidence.unfinished)
         claimed = [replace(f, confidence=min(f.confidence, most)) for f in here]
         return judgement.claiming(final, claimed, stands)
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
+from cvxupdate.diagnose.budget import most_sure
 from cvxupdate.diagnose.hypothesis import Figures
 from cvxupdate.diagnose.judge.acceptance import Case, Weighed
 from cvxupdate.diagnose.judge.posterior import (
@@ -20,7 +21,7 @@ from cvxupdate.diagnose.judge.posterior import (
     support_near,
     weights,
 )
-from cvxupdate.diagnose.settings import AS_LIKELY, CUT_SHORT, MOST_SURE, STATED
+from cvxupdate.diagnose.settings import AS_LIKELY, MOST_SURE, STATED
 from cvxupdate.physics.effect import Effect
 
 
@@ -87,7 +88,7 @@ def standing(number: int, final: Weighed, others: Sequence[Weighed], case: Case)
         _log(mine),
         _log(size_of(effect, final.hypothesis.figures[number])),
         len(rivals(final, others, case)),
-        CUT_SHORT if case.evidence.unfinished else MOST_SURE,
+        most_sure(case.evidence.unfinished),
         same,
         favoured(effect, places, field, likely, model, beside),
         support_near(effect, field, likely, model),

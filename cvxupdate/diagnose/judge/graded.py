@@ -8,13 +8,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from cvxupdate.diagnose.budget import most_sure
 from cvxupdate.diagnose.hypothesis import Figures
 from cvxupdate.diagnose.judge.acceptance import Case, Weighed, better
 from cvxupdate.diagnose.judge.alternatives import extent, nodes_at
 from cvxupdate.diagnose.judge.left_over import left_over
 from cvxupdate.diagnose.judge.posterior import field_of, weights
 from cvxupdate.diagnose.judge.soundness import unsound
-from cvxupdate.diagnose.settings import CUT_SHORT, GRADED, MOST_SURE, REGION
+from cvxupdate.diagnose.settings import GRADED, MOST_SURE, REGION
 from cvxupdate.fe.model import Model
 from cvxupdate.physics.effect import Effect
 from cvxupdate.physics.place import Place, at, where
@@ -116,7 +117,7 @@ def graded(tried: Sequence[Weighed], case: Case) -> Graded | None:
         return None
     field = field_of(tried[0], tried[1:], case)
     likely = _windowed(field, weights(field, case))
-    most = CUT_SHORT if case.evidence.unfinished else MOST_SURE
+    most = most_sure(case.evidence.unfinished)
     good = [k for k, w in enumerate(field) if likely[k] > 0.0 and better(w, case.base, case)]
     model, whole = case.evidence.model, max(case.scale(case.base), 1e-300)
     members = [m for k in good for m in _members(k, field[k], case)]

@@ -8,9 +8,8 @@ from cvxupdate.diagnose.hypothesis import Hypothesis
 from cvxupdate.diagnose.judge.acceptance import Case, Weighed
 from cvxupdate.diagnose.judge.posterior import log_odds
 from cvxupdate.diagnose.settings import AS_LIKELY, HALVED
+from cvxupdate.physics.attached_resonator import AttachedResonator
 from cvxupdate.physics.effect import Effect
-
-SWINGS = "attached_resonator"  # which a support that resonates looks like, wherever it is put
 
 
 def left_over(w: Weighed, field: Sequence[Weighed], case: Case) -> str:
@@ -31,7 +30,7 @@ def left_over(w: Weighed, field: Sequence[Weighed], case: Case) -> str:
         e.place for at, _, e in further if e.physics == effect.physics and odds - at <= AS_LIKELY
     }
     what = effect.title if len(alike) == 1 else f"{effect.type.noun} at one place or another"
-    if effect.physics == SWINGS and len(alike) > 1:
+    if effect.physics == AttachedResonator.name and len(alike) > 1:  # wherever it is put
         what += " (a support that resonates looks like that)"
     part = 1.0 - case.scale(best) / case.scale(w)
     return f"{says.removesuffix('.')}; {what} would take away {100 * part:.0f} % of it."

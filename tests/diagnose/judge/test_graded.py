@@ -30,7 +30,6 @@ from tests.cases.plain_evidence import (
 NODES = np.arange(1, 11)
 BAR = SimpleNamespace(
     node_ids=NODES,
-    dof_node=NODES - 1,
     xyz=np.outer(NODES, [1.0, 0.0, 0.0]),
     blocks=(),
     parameters=(),

@@ -4,19 +4,18 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
 import pytest
 
 from cvxupdate.diagnose import diagnose_problem
 from cvxupdate.diagnose.modes.worth import mesh_for
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.modes import model_modes
-from cvxupdate.recordings.types import Channel, ModeTable, Origin
 from cvxupdate.spec import Spec
 from cvxupdate.study import open_problem
 from tests.cases.elements import STEEL, chain, lines, toml
+from tests.cases.structures import measured
 
-NODES = range(1, 12)
+CHANNELS = [f"n{n}.y" for n in range(1, 12)]
 AT = [(0.1 * k, 0.0, 0.0) for k in range(11)]  # m
 STOCKY, THICK, SLENDER = 0.08, 0.015, 0.003  # depth, m
 SPREAD = 5e-4  # of frequencies
@@ -30,24 +29,6 @@ def opened(folder, depth: float, turns: bool = True) -> tuple[Spec, Model]:
     path = folder / "problem.toml"
     path.write_text(f"model = {toml(model)}\n", encoding="utf-8")
     return open_problem(path)[:2]
-
-
-def table_of(model: Model) -> ModeTable:
-    """Its first six flexible modes."""
-    modes = model_modes(model, 8).flexible()
-    f, known = modes.frequencies[:6], np.full(6, np.nan)
-    shapes = modes.shapes[[model.place[f"n{n}.y"] for n in NODES], :6].T
-    return ModeTable(
-        Origin("modes", "by hand"),
-        f,
-        SPREAD * f,
-        known,
-        known,
-        tuple(Channel(n, "y", "displacement") for n in NODES),
-        shapes / np.abs(shapes).max(axis=1)[:, None],
-        np.full((6, len(NODES)), 0.005),
-        np.zeros(6, dtype=np.int64),
-    )
 
 
 @pytest.mark.parametrize(
@@ -70,7 +51,8 @@ def test_what_the_theory_of_lines_leaves_out_is_asked_for_tables_too(
 def test_modes_of_a_program_without_rotary_inertia_lack_nothing(tmp_path):
     """Its sixth mode is 9 % higher; such beams were told to have thicker ends."""
     spec, model = opened(tmp_path, STOCKY)
-    table = table_of(opened(tmp_path, STOCKY, turns=False)[1])
+    euler = opened(tmp_path, STOCKY, turns=False)[1]
+    table = measured(euler, (), range(1, 7), channels=CHANNELS, std=SPREAD, shape_std=0.005)
     own = model_modes(model, 8).flexible().frequencies[:6]
     assert table.frequency[5] > 1.05 * own[5], "this is what must not be taken for physics"
     found = diagnose_problem(spec, model, [table])
