@@ -60,8 +60,8 @@ class _Shapes:
 def channel_doubts(
     model: Model, modes: Modes | None, recordings: Sequence[Recording]
 ) -> tuple[Doubt, ...]:
-    """Channels that are dead, turned or exchanged, recording by recording."""
-    found = [d for r in recordings for d in _still(model, r)]
+    """Channels that are dead, stand twice, are turned or exchanged, recording by recording."""
+    found = [d for r in recordings for d in (*_still(model, r), *_twice(r))]
     if modes is not None:
         shapes = (s for r in recordings if (s := _shapes(r)) is not None)
         found += [d for s in shapes for d in _turned(model, modes.flexible(), s)]
@@ -95,6 +95,30 @@ def _still(model: Model, recording: Recording) -> Iterator[Doubt]:
                 recording.origin.name,
                 c.label,
                 fatal=True,
+            )
+
+
+def _twice(recording: Recording) -> Iterator[Doubt]:
+    """Two channels of one quantity at one place and direction, of modes or responses: two sensors
+    there, or a slip."""
+    if isinstance(recording, TimeHistory):
+        return
+    if isinstance(recording, ModeTable):
+        channels = recording.channels
+    else:
+        channels = recording.responses
+    seen: dict[tuple[int, str, str], list[int]] = {}
+    for number, c in enumerate(channels, 1):
+        seen.setdefault((c.node, c.dof, c.quantity), []).append(number)
+    for (node, dof, quantity), numbers in seen.items():
+        if len(numbers) > 1:
+            which = " and ".join(map(str, numbers))
+            yield Doubt(
+                "channel twice",
+                f"{recording.origin.name}: channels {which} are all {quantity} at n{node}.{dof}: "
+                "right where so many sensors stood there. Else correct the node or dof of one.",
+                recording.origin.name,
+                f"n{node}.{dof}",
             )
 
 

@@ -218,7 +218,8 @@ def compare(recordings: Sequence[Recording], alpha: float = ALPHA) -> tuple[Find
                         "reciprocity",
                         pair,
                         f"{pair} should be equal; the second is {np.exp(mean):.2g} times the "
-                        "first: a gain or a place is wrong.",
+                        "first: a gain or a place is wrong, or one of them hardly moves where "
+                        "the other drives, and a sensor beside its node makes as much.",
                         t,
                         threshold,
                         float(np.exp(mean)),

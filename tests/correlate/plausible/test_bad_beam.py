@@ -183,3 +183,19 @@ def test_every_command_has_a_folder_of_its_own(tmp_path: Path) -> None:
     commands = ("run", "correlate", "diagnose", "identify", "plan", "solvers", "view")
     assert len({folder_for(None, "beam", c) for c in commands}) == len(commands)
     assert folder_for(tmp_path, "beam", "run") == tmp_path
+
+
+def test_a_channel_that_stands_twice_in_a_table_of_modes(tmp_path: Path) -> None:
+    path = write(tmp_path, channels(), GOOD)
+    text = path.read_text()
+    table = """kind = "modes"
+channels = [
+  { column = 0, quantity = "acceleration", node = 9, dof = "y" },
+  { column = 1, quantity = "acceleration", node = 17, dof = "y" },
+  { column = 2, quantity = "acceleration", node = 9, dof = "y" },
+]
+rows = [{ frequency = 22.0, shape = [0.2, 0.7, 0.2] }]
+"""
+    path.write_text(text[: text.index('kind = "frf"')] + table)
+    (warning,) = (w for w in said(path) if "channels" in w)
+    assert "channels 1 and 3 are all acceleration at n9.y" in warning
