@@ -6,6 +6,7 @@ import time
 from collections.abc import Sequence
 
 from cvxupdate.diagnose.judge.by_modes import ByModes
+from cvxupdate.diagnose.judge.claim import claimed
 from cvxupdate.diagnose.judge.judge import judge
 from cvxupdate.diagnose.judge.pattern import pattern_of, told_beside
 from cvxupdate.diagnose.judge.placebo import placebo
@@ -45,7 +46,7 @@ def diagnosed(
     seen = ByModes(evidence, progress)
     found = Found() if level or drift else search(evidence, progress, seen)
     first = judge(evidence, found)
-    judgement = seen.instead(first) if found.scores else first
+    judgement = claimed(seen.instead(first) if found.scores else first)
     last = judgement.last
     further = Further() if level or drift else evidence.further(last.fit)
     pattern = told_beside(pattern_of(further), judgement)

@@ -196,6 +196,10 @@ class PlainEvidence:
     def candidates(self, model: object, names: Sequence[str] | None = None) -> list[Effect]:
         return list(self.everything)
 
+    def context(self, model: object) -> None:
+        """Nothing stands on another model."""
+        return
+
     def errors(self, fit: PlainFit) -> Errors:
         return fit.errors
 

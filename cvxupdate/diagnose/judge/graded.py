@@ -5,14 +5,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 
 from cvxupdate.diagnose.budget import most_sure
 from cvxupdate.diagnose.hypothesis import Figures
-from cvxupdate.diagnose.judge.acceptance import Case, Weighed, better
+from cvxupdate.diagnose.judge.acceptance import Case, Weighed, better, refuted, saturated
 from cvxupdate.diagnose.judge.alternatives import extent, nodes_at
 from cvxupdate.diagnose.judge.left_over import left_over
+from cvxupdate.diagnose.judge.parts import parts_of
 from cvxupdate.diagnose.judge.posterior import field_of, weights
 from cvxupdate.diagnose.judge.soundness import unsound
 from cvxupdate.diagnose.settings import GRADED, MOST_SURE, REGION
@@ -60,6 +62,7 @@ class Graded:
     figure: tuple[str, str, float, float] | None = None
     title: str = ""
     rest: str = ""
+    having: tuple[tuple[Weighed, int, float], ...] = ()
 
     @property
     def says(self) -> str:
@@ -74,8 +77,13 @@ class Graded:
         return (
             f"What can be said: {SAYS[self.kind]}{there}{much} (probability "
             f"{100 * self.probability:.0f} %, whatever else is wrong); the likeliest such change "
-            f"explains {100 * self.explains:.0f} % of the mismatch. {self.rest}"
-        ).rstrip()
+            f"{self.part}"
+        )
+
+    @property
+    def part(self) -> str:
+        """What part of the mismatch it explains, and what is left."""
+        return f"explains {100 * self.explains:.0f} % of the mismatch. {self.rest}".rstrip()
 
     def to_json(self) -> dict[str, object]:
         """The entry ``graded`` of diagnosis.json."""
@@ -94,9 +102,11 @@ class Graded:
 
 @dataclass(frozen=True)
 class _Member:
-    """An effect of a hypothesis: whose (its number in the field), its kind, its nodes."""
+    """An effect of a hypothesis: whose (its number in the field), which of its effects, its
+    kind, its nodes."""
 
     owner: int
+    number: int
     effect: Effect
     figures: Figures
     kind: str
@@ -105,33 +115,45 @@ class _Member:
 
 def graded(tried: Sequence[Weighed], case: Case) -> Graded | None:
     """The most that is likely: a kind at a place, else a place, else a kind; None where nothing
-    reaches `GRADED`. Hypotheses without a sound effect, or no better than nothing, count against
+    reaches `GRADED`. Hypotheses that say nothing (`_says`), or have no sound effect, count against
     all, and what was not tried for want of time might; what a hypothesis has beside, too small to
     be told, says nothing, nor does one of which a part alone is likelier (Occam's window; Madigan
     and Raftery 1994).
 
-    Probabilities are those of the posterior times the part of the misfit that the likeliest
-    hypothesis explains: what makes the rest may stand for this, too.
+    Probabilities are those of the posterior times the part of the misfit that it explains in the
+    likeliest hypothesis: what makes the rest may stand for this, too.
     """
     if case.damping_only or not tried:
         return None
     field = field_of(tried[0], tried[1:], case)
     likely = _windowed(field, weights(field, case))
     most = most_sure(case.evidence.unfinished)
-    good = [k for k, w in enumerate(field) if likely[k] > 0.0 and better(w, case.base, case)]
-    model, whole = case.evidence.model, max(case.scale(case.base), 1e-300)
+    good = [k for k, w in enumerate(field) if likely[k] > 0.0 and _says(w, case)]
+    model = case.evidence.model
     members = [m for k in good for m in _members(k, field[k], case)]
     if not members:
         return None
-    explains = [float(np.clip(1.0 - case.scale(w) / whole, 0.0, 1.0)) for w in field]
+    parts = cache(lambda k: parts_of(case, field[k]))
     for claim in _claims(members, likely, model):
         owners = {m.owner for m in claim}
         best = max(owners, key=lambda k: likely[k])
-        sure = min(most, float(likely[sorted(owners)].sum()) * explains[best])
+        there = float(likely[sorted(owners)].sum())
+        if there < GRADED:
+            continue
+        explains = sum(parts(best)[j] for j in {m.number for m in claim if m.owner == best})
+        sure = min(most, there * explains)
         if sure >= GRADED:
-            said = _said(claim, likely, sure, explains[best], model)
-            return replace(said, rest=left_over(field[best], field, case))
+            said = _said(claim, likely, sure, explains, model)
+            ranked = sorted(claim, key=lambda m: -likely[m.owner])
+            having = tuple((field[m.owner], m.number, float(likely[m.owner])) for m in ranked)
+            return replace(said, rest=left_over(field[best], field, case), having=having)
     return None
+
+
+def _says(w: Weighed, case: Case) -> bool:
+    """Whether a hypothesis says something: better than nothing, not another way to write down as
+    many figures as it has unknowns, nor refuted by what was held out."""
+    return better(w, case.base, case) and not (saturated(w, case) or refuted(w, case))
 
 
 def _windowed(field: Sequence[Weighed], likely: np.ndarray) -> np.ndarray:
@@ -152,7 +174,7 @@ def _members(owner: int, w: Weighed, case: Case) -> Iterator[_Member]:
     for j, (effect, figures) in enumerate(zip(h.effects, h.figures, strict=True)):
         kind = next((k for k, names in KINDS.items() if effect.physics in names), "")
         if j not in small:
-            yield _Member(owner, effect, figures, kind, nodes_at(effect, model))
+            yield _Member(owner, j, effect, figures, kind, nodes_at(effect, model))
 
 
 def _claims(

@@ -81,6 +81,8 @@ def verdict_of(
             f.physics in ("stiffness_change", "mass_change") and f.place.groups for f in findings
         )
         says = " ".join(f.says for f in findings)
+        if judgement.graded is not None:  # right whatever the rest is
+            says += f" This is so whatever else is wrong; it {judgement.graded.part}"
         return "parameter_error" if groups else "missing_physics", says
     base = judgement.case.base
     if level and judgement.final is None and base.fit.misfit <= OPEN * EXPLAINED:

@@ -36,7 +36,8 @@ def remains(point: ResponsePoint, signals: Sequence[Signal]) -> str:
     low, high = _band(f, e)
     top, bottom = float(f.max()), max(float(f.min()), 1e-3 * float(f.max()))
     spread = high - low > SPREAD * (top - bottom) or high > low * (top / bottom) ** SPREAD
-    where = "spread over the band" if spread else f"mostly at {low:.3g} to {high:.3g} Hz"
+    band = f"{low:.3g}" if f"{low:.3g}" == f"{high:.3g}" else f"{low:.3g} to {high:.3g}"
+    where = "spread over the band" if spread else f"mostly at {band} Hz"
     return f"What is left is {where}{_sensors(own)}."
 
 

@@ -94,6 +94,14 @@ def test_masses_far_apart_are_a_mass_somewhere() -> None:
         pytest.param([of(mass(9), misfit=30.0)], id="leaves too much to be sure"),
         pytest.param([], id="nothing tried"),
         pytest.param([weighed(POOR, mass(9), size=0.01)], id="a size within its deviation"),
+        pytest.param(
+            [weighed(POOR, *(effect("added_mass", count=10, nodes=(n,)) for n in (9, 10)))],
+            id="as many unknowns as figures",
+        ),
+        pytest.param(
+            [weighed(replace(POOR, errors=Errors(0.2, 0.5)), mass(9))],
+            id="refuted by what was held out",
+        ),
     ],
 )
 def test_nothing_is_said_where_nothing_is_likely(tried) -> None:

@@ -34,6 +34,15 @@ def test_a_tone_of_one_sensor_is_told_with_its_band_and_its_sensor(point):
     assert 29.9 <= low < high <= 33.1
 
 
+def test_what_is_left_at_one_line_is_at_one_frequency(point):
+    model, sound = point
+    H = sound.H.copy()
+    k = int(np.argmin(np.abs(sound.frequency - 31.0)))
+    H[k, 1] += 30.0 * np.sqrt(np.mean(np.abs(H[:, 1]) ** 2))
+    says = remains(model, [signal_of(replace(sound, H=H))])
+    assert says == f"What is left is mostly at {sound.frequency[k]:.3g} Hz, at n2.x."
+
+
 def test_the_narrowest_band_that_holds_most():
     f = np.arange(1.0, 101.0)
     energy = np.full(100, 1e-6)
