@@ -84,8 +84,10 @@ def select_parameters(
 
 def property_names(of: str) -> tuple[str, ...]:
     """The stored properties that a word of the problem file moves: I stands for Iy and Iz together;
-    ``whole``, which no file says, for the p-values of stiffness and mass."""
-    return {"I": ("Iy", "Iz"), "whole": ("stiffness", "mass")}.get(of, (of,))
+    what no file says, ``whole`` for the p-values of stiffness and mass, ``inertia`` for that of a
+    lump about all axes."""
+    words = {"I": ("Iy", "Iz"), "whole": ("stiffness", "mass"), "inertia": ("Ixx", "Iyy", "Izz")}
+    return words.get(of, (of,))
 
 
 def has_property(block: Block, of: str) -> bool:

@@ -36,23 +36,29 @@ from cvxupdate.physics.given import is_given
 from cvxupdate.physics.growth import Wanted
 from cvxupdate.physics.units import number
 
-SHEAR, ROTARY, CORNER, CLAMP = "shear", "rotary", "corner", "clamp"
+SHEAR, ROTARY, CORNER, CLAMP, BODY = "shear", "rotary", "corner", "clamp", "inertia"
 POINT = "a"  # the compliance of `cvxupdate.diagnose.nominal.points`
+INERTIAS = ("m", "Ixx", "Iyy", "Izz")
 GROUP = "theory"  # to which these parameters belong, in place of a group of the file
 # of what theory says of each: most, and prior deviation. Shear: the coefficient of a section
 # is known within a fifth. Rotary inertia: all or nothing, a switch of the program, so the file's
 # word is no evidence. Corners: overlapping members bend somewhere between as they do elsewhere
 # and hardly at all. Clamps, in thicknesses: a face that is held is 0.1 to 0.3 stiffer; one that
 # gives way is a finding. Points: ln(R/r₀), of holds from as wide as the sheet is thick to needles.
+# Bodies: a cube of steel of a lump's mass turns about itself, or about its foot with two and a half
+# times that; flat ones, or of lighter stuff, with more.
 SIZES = {
     SHEAR: (1.2, 1.0),
     ROTARY: (1.0, 1.0),
     CORNER: (2.0, 0.5),
     CLAMP: (1.5, 0.5),
     POINT: (8.0, 3.0),
+    BODY: (6.0, 2.0),
     LAG: (1.0, 1.0),
     TURNING: (1.0, 1.0),
 }
+STEEL = 7850.0  # kg/m³
+LUMPS = 6  # heaviest lumps, each of which may be a body of its own
 FITTED = "fitted along with the usual scatter of the groups, and is no finding."
 OF = {SHEAR: "beams", CORNER: "beams", CLAMP: "sheets"}
 SWITCHES = {
@@ -100,6 +106,35 @@ def _with(model: Model, word: str, change: Callable[[Real], Real]) -> Model:
     )
 
 
+def lumps_of(model: Model) -> list[tuple[int, float]]:
+    """(element, rotary inertia in kg·m² of a cube of steel of its mass) of the heaviest lumps that
+    the file takes for points, where something turns."""
+    found = [
+        (float(np.real(m)), int(i))
+        for b in model.blocks
+        if has_property(b, BODY)
+        for i, m, *own in zip(b.ids, *(b.properties[k] for k in INERTIAS), strict=True)
+        if np.real(m) > 0.0 and not np.any(own)
+    ]
+    heaviest = sorted(found, reverse=True)[:LUMPS]
+    return [(i, m * (m / STEEL) ** (2.0 / 3.0) / 6.0) for m, i in heaviest]
+
+
+def with_bodies(model: Model) -> Model:
+    """The model with bodies for lumps, as large as they usually are."""
+    sizes = dict(lumps_of(model))
+    usual = SIZES[BODY][1]
+
+    def own(block: Block) -> Block:
+        if not sizes or not has_property(block, BODY):
+            return block
+        more = np.array([usual * sizes.get(int(i), 0.0) for i in block.ids])
+        turned = {k: block.properties[k] + more for k in INERTIAS[1:]}
+        return replace(block, properties={**block.properties, **turned})
+
+    return replace(model, blocks=tuple(own(b) for b in model.blocks))
+
+
 def _may(block: Block, word: str) -> bool:
     own = {CORNER, CLAMP} & set(block.kind.properties)
     if word == ROTARY and block.exact is not None:
@@ -140,6 +175,8 @@ def theory_of(
     for word, one in ((LAG, model), (TURNING, bent)):  # what lags behind and does not turn is none
         if any(switched(one, word)) and differ(one, other(one, word)) > enough:
             out.append(word)
+    if lumps_of(model) and differ(model, with_bodies(model)) > enough:
+        out.append(BODY)
     for word in (CORNER, CLAMP):
         if lines_of(model, word) and differ(model, with_theory(model, word)) > enough:
             out.append(word)
@@ -155,6 +192,11 @@ def theory_parameters(model: Model, words: tuple[str, ...]) -> list[Wanted]:
             continue
         if word == POINT:
             out += _giving(model)
+            continue
+        if word == BODY:
+            most = SIZES[word][0]
+            each = lumps_of(model)
+            out += [Wanted(f"body {i}", word, (i,), GROUP, 0.0, most, unit) for i, unit in each]
             continue
         ids = lines_of(model, word)
         if ids:
@@ -222,6 +264,11 @@ def theory_lines(model: Model, base: Fit) -> list[str]:
         out.append(
             f"Sheets may {' and '.join(sheets)} as solids do, or not, as Kirchhoff's: it was "
             f"{FITTED}"
+        )
+    if BODY in own:
+        out.append(
+            "Lumps of the file may be bodies that resist turning, as cubes of steel of their mass "
+            f"do or several times that: it was {FITTED}"
         )
     if CLAMP in own:
         size = "" if p is None else _size(p[own[CLAMP]])

@@ -6,7 +6,7 @@ from typing import Literal
 
 import numpy as np
 
-from cvxupdate.diagnose.nominal.theory import CLAMP, CORNER, GROUP, POINT, ROTARY, SHEAR
+from cvxupdate.diagnose.nominal.theory import BODY, CLAMP, CORNER, GROUP, POINT, ROTARY, SHEAR
 from cvxupdate.diagnose.settings import WRITTEN
 from cvxupdate.diagnose.types import Real
 from cvxupdate.fe.analysis.solid import LAG, TURNING
@@ -22,13 +22,13 @@ WORDS = {
 
 def sayable(model: Model, p: Real) -> tuple[Model, Real, list[str]]:
     """The model with the parameters that a file has words for, their values (columns,), and what it
-    has none for: of theory it has shear, springs under points, and rotary inertia wholly or not at
-    all."""
+    has none for: of theory it has shear, springs under points, bodies for lumps, and rotary
+    inertia wholly or not at all."""
     own: list[int] = []
     values, notes = p[: len(model.parameters)].copy(), list[str]()
     for j, q in enumerate(model.parameters):
         size = float(values[j])
-        if q.group != GROUP or q.of == POINT or (q.of == SHEAR and size >= WRITTEN):
+        if q.group != GROUP or q.of in (POINT, BODY) or (q.of == SHEAR and size >= WRITTEN):
             own.append(j)
         elif q.of == ROTARY:
             own.append(j)
