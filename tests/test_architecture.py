@@ -94,6 +94,7 @@ DIAGNOSE: tuple[tuple[str, ...], ...] = (
     ("fit", "results", "budget"),
     ("types",),
     ("hypothesis",),
+    ("priced",),
     ("screen", "nominal"),
     ("responses", "modes"),
     ("motion",),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -190,6 +191,13 @@ class Fit:
         with suppress(ModelError):
             return least if least >= PLENTY else self.rows - float(np.sum(self._determined[:first]))
         return least
+
+    def determined(self, some: Sequence[int]) -> float:
+        """How many of ``some`` unknowns the rows tell beside their priors (well-determined ones;
+        MacKay 1992); all where a repeated eigenvalue has no derivatives."""
+        with suppress(ModelError):
+            return float(np.sum(self._determined[list(some)])) if len(some) else 0.0
+        return float(len(some))
 
     @cached_property
     def _determined(self) -> Real:

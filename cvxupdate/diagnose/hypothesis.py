@@ -139,12 +139,6 @@ def takes_all(evidence: Evidence, several: Hypothesis, single: Hypothesis) -> bo
     return takes and not evidence.explained(single.fit, evidence.errors(single.fit))
 
 
-def price(unknowns: int, figures: float) -> float:
-    """What unknowns cost of the logarithm of the evidence: half the logarithm of the figures that
-    were compared, each (Bayes' information criterion; Kass and Raftery 1995)."""
-    return 0.5 * unknowns * float(np.log(max(2.0, figures)))
-
-
 def seed_from(
     evidence: Evidence, parent: Hypothesis, score: Score, level: int, nominal: bool = False
 ) -> Seed | None:
@@ -178,8 +172,8 @@ def seed_from(
 def together(
     evidence: Evidence, parent: Hypothesis, effects: Sequence[Effect], size: float | Real = 0.0
 ) -> Hypothesis:
-    """A parent as it is with further effects at once, each of its unknowns ``size``, without those
-    that cannot stand there; the parent itself where none can, or all of them are no structure."""
+    """A parent as it is with further effects at once, unknowns of one ``size`` (or so many sizes),
+    without those that cannot stand there; itself where none can, or all are no structure."""
     fit, model = parent.fit, parent.fit.setting.model
     n, known = len(model.parameters), len(fit.setting.faults)
     placed, sizes = list(parent.effects), [fit.p[:n]]
@@ -188,7 +182,7 @@ def together(
         moved = effect.on(evidence.context(model))
         if moved is None:
             continue
-        own = np.full(moved.count, size)
+        own = np.full(moved.count, size) if np.ndim(size) == 0 else np.asarray(size)
         try:
             planted = moved.action.plant(moved, model, own, evidence.delay_unit)
         except ModelError:

@@ -8,12 +8,12 @@ from __future__ import annotations
 # Standard deviation of a group's p-value between drawing and laboratory: tolerance of modulus and
 # section, and of density and section, of rolled metal.
 STIFFNESS_STD, MASS_STD = 0.02, 0.012
-# Of that: how far the pieces of one group, from one delivery, scatter about their common value.
-PIECE = 0.25
-# Standard deviations: a nuisance parameter further off than this is a finding, not scatter.
-CREDIBLE = 3.5
-# |p| of a group: how far a parameter error is followed.
-WIDE = 0.3
+# Of that: how far the pieces of one group, from one delivery, scatter about their common value;
+# relative: stiffness of supports, anchors or bolted joints of one kind about theirs.
+PIECE, ALIKE_STD = 0.25, 0.25
+# Standard deviations: a nuisance parameter further off than this is a finding, not scatter; |p| of
+# a group: how far a parameter error is followed.
+CREDIBLE, WIDE = 3.5, 0.3
 # Standard deviations of log ζ: of all modes together, of each mode by itself. Damping is hardly
 # known beforehand, and the ratios of one structure scatter by about a third.
 COMMON_DAMPING_STD, MODE_DAMPING_STD = 1.0, 0.35

@@ -14,10 +14,11 @@ from typing import final
 import numpy as np
 
 from cvxupdate.fe.model import KINDS, DerivativeBlock, Model
+from cvxupdate.physics.alike import AlikeChange, owned, with_own
 from cvxupdate.physics.compliance import RIGID, write
 from cvxupdate.physics.context import Real, SearchContext
 from cvxupdate.physics.directions import LowRank, opened
-from cvxupdate.physics.effect import Effect, EffectType, ModelChange
+from cvxupdate.physics.effect import Effect, EffectType
 from cvxupdate.physics.joint_flexibility import LIMITS, End, ends_of, is_beam, opened_model
 from cvxupdate.physics.members import STRAIGHT
 from cvxupdate.physics.place import Place
@@ -73,11 +74,12 @@ class EqualJoints(EffectType):
             groups=groups,
             dof=turning.pop() if len(turning) == 1 else None,
         )
-        change = ModelChange(
-            partial(opened_model, model, ends, unit, f"joints@{len(ends)}"),
+        change = AlikeChange(
+            partial(_grown, model, ends, unit),
             (blocks,),
             series=True,
             along=along,
+            own=owned(ends),
         )
         between = "of the structure"
         if groups:
@@ -182,6 +184,22 @@ def _interrupted(pair: tuple[str, str], nodes: Sequence[Sequence[Met]]) -> list[
         return [pair[0] if a < b else pair[1]]
     alone = all(len(met) == 2 for met in nodes)  # either side of two: the same joint
     return [pair[0]] if alone else list(pair)
+
+
+def _grown(model: Model, ends: Sequence[End], unit: float) -> Model:
+    """On springs of one compliance, each with a factor of its own."""
+    name = f"joints@{len(ends)}"
+    grown = opened_model(model, ends, unit, name)
+    turning = [
+        (int(model.blocks[number].direction[0, c]), end)
+        for end in ends
+        for number, _, columns in [end]
+        for c in columns
+    ]
+    whose = [
+        end for kind in dict.fromkeys(k for k, _ in turning) for k, end in turning if k == kind
+    ]
+    return with_own(grown, name, zip(whose, grown.parameters[-1].elements, strict=True))
 
 
 def _opened(

@@ -10,6 +10,7 @@ from typing import final
 import numpy as np
 
 from cvxupdate.fe.model import Model
+from cvxupdate.physics.alike import AlikeChange, owned, with_own
 from cvxupdate.physics.compliance import EDGE, RIGID, SOFTEST, write, write_edge
 from cvxupdate.physics.context import SearchContext
 from cvxupdate.physics.effect import Effect, EffectType, ModelChange
@@ -61,11 +62,12 @@ class EqualSupports(EffectType):
                 continue
             unit = free.unit
             along = free.along(unit)
-            change = ModelChange(
+            change = AlikeChange(
                 partial(_softened, free, unit),
                 ((tangent_of(along),),),
                 series=True,
                 along=along,
+                own=0 if free.along_edge else owned({n for n, _ in free.held}),
             )
             kinds = {kind for _, kind in free.held}
             nodes = tuple(dict.fromkeys(n for n, _ in free.held))
@@ -161,5 +163,7 @@ def _softened(free: Released, unit: float) -> Model:
     kinds = dict.fromkeys(kind for _, kind in free.held)
     model = free.sprung(unit)
     ids = [i for b in model.blocks[-len(kinds) :] for i in b.ids.tolist()]
+    nodes = [n for kind in kinds for n, own in free.held if own == kind]
     name = f"equal_supports@{'+'.join(kinds)}"
-    return append_parameters(model, [limited(name, "a", ids, LIMITS, unit)])
+    grown = append_parameters(model, [limited(name, "a", ids, LIMITS, unit)])
+    return grown if free.along_edge else with_own(grown, name, zip(nodes, ids, strict=True))

@@ -59,17 +59,23 @@ def held(model, p=None, count=8):
     return 1.0 / slow[::-1]
 
 
+def size_of(model) -> int:
+    """The last parameter that is the size of an effect."""
+    return max(j for j, q in enumerate(model.parameters) if q.group is None)
+
+
 def at(effect, k, eigenvalues=eigenvalues):
     """The eigenvalues of the model of an effect with one figure k."""
     model = effect.change.model
-    unit, rigid = model.parameters[-1].unit_size, 0.0
+    own = size_of(model)
+    unit, rigid = model.parameters[own].unit_size, 0.0
     if effect.change.series:
         rigid = float(model.blocks[-1].properties["a0"][0])
         k = 1.0 / k
     p = model.zero()
-    p[-1] = (k - rigid) / unit
+    p[own] = (k - rigid) / unit
     (name,) = (q.name for q in effect.figures)
-    said, _ = effect.reported(model, model.parameters[-1:], p[-1:], 0.0 * p[-1:])
+    said, _ = effect.reported(model, [model.parameters[own]], p[[own]], 0.0 * p[[own]])
     assert said[name] == pytest.approx(1.0 / k if effect.change.series else k, rel=1e-9)
     return eigenvalues(model, p)
 
@@ -118,8 +124,9 @@ def test_one_joint_gives_way_more_than_its_class(tmp_path: Path) -> None:
     assert "more than its class" in one.says({"k": further}) and "more than" in one.title
     model = one.change.model
     p = model.zero()
-    for at, stiff in ((-2, k), (-1, further)):
-        block = next(b for b in model.blocks[at:] if b.kind.name == "compliance")
+    sizes = [j for j, q in enumerate(model.parameters) if q.group is None]
+    for at, block, stiff in zip(sizes, model.blocks[-2:], (k, further), strict=True):
+        assert block.kind.name == "compliance"
         p[at] = (1.0 / stiff - float(block.properties["a0"][0])) / model.parameters[at].unit_size
     real = with_joints(frame(), k)
     real["elements"][-1]["rows"][JOINTS.index((7, 8))]["k"] = 1.0 / (1.0 / k + 1.0 / further)
@@ -186,8 +193,9 @@ def test_feet_that_rock_about_every_axis_are_put_together_by_hand(tmp_path: Path
     np.testing.assert_allclose(at(feet, 300.0), wanted, rtol=1e-7)
     model = feet.change.model
     p = model.zero()
-    p[-1] = (1 / 300.0 - float(model.blocks[-1].properties["a0"][0])) / model.parameters[
-        -1
+    own = size_of(model)
+    p[own] = (1 / 300.0 - float(model.blocks[-1].properties["a0"][0])) / model.parameters[
+        own
     ].unit_size
     path = tmp_path / "again.toml"
     text = problem_file(spec, Updated(model, p, zeta=np.zeros(1)), says=["found"]).text

@@ -36,7 +36,7 @@ def grown(candidate, p):
     (statically, K alone has them coupled)."""
     model = candidate.change.model
     full = np.zeros(len(model.parameters))
-    full[len(full) - candidate.count :] = p
+    full[len(full) - candidate.columns :] = p
     return model, {k: getattr(model.matrices(full), k).toarray() for k in "KMCD"}
 
 
@@ -94,10 +94,10 @@ def test_tangents_are_derivatives_of_the_refitted_model(request, which, name):
     h = 1e-6
     for candidate in found[:25]:
         for k in range(candidate.count):
-            step = np.zeros(candidate.count)
+            step = np.zeros(candidate.columns)
             step[k] = h
             model, after = grown(candidate, step)
-            _, before = grown(candidate, np.zeros(candidate.count))
+            _, before = grown(candidate, np.zeros(candidate.columns))
             compliance = model.size > context.model.size
             for what in "K" if compliance else "KMCD":
                 wanted = (

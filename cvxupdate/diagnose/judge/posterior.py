@@ -7,16 +7,18 @@ from dataclasses import replace
 
 import numpy as np
 
-from cvxupdate.diagnose.hypothesis import Hypothesis, price
+from cvxupdate.diagnose.hypothesis import Hypothesis
 from cvxupdate.diagnose.judge.acceptance import Case, Weighed
 from cvxupdate.diagnose.judge.alternatives import extent, has, nodes_at, nodes_of
 from cvxupdate.diagnose.judge.between import unheard_of
 from cvxupdate.diagnose.nominal.wanted import expected, foreseen
-from cvxupdate.diagnose.settings import REGION, STRONG
+from cvxupdate.diagnose.priced import price, unknowns_of
+from cvxupdate.diagnose.settings import GAIN_STD, REGION, STRONG
 from cvxupdate.diagnose.types import Key, Real
 from cvxupdate.fe.model import Model
 from cvxupdate.physics.effect import Effect
 from cvxupdate.physics.place import Place
+from cvxupdate.physics.quantity import FAINT
 
 
 def log_odds(w: Weighed, case: Case) -> float:
@@ -28,7 +30,8 @@ def log_odds(w: Weighed, case: Case) -> float:
     that theory wants, another: the first shares its probability among all the places where it may
     stand, which beside hundreds are bound to have one that fits the noise of a rig better (Scott
     and Berger 2010 on multiplicity). What theory foresees, with its size, is no unknown. Beside a
-    reference what material does not do takes strong evidence (`unheard_of`)."""
+    reference what material does not do takes strong evidence (`unheard_of`), and so does a gain
+    further off than they usually are (`_gains`)."""
     if case.damping_only:
         figures, fits = float(len(w.fit.p)), -0.5 * w.fit.damping_strain
     else:
@@ -37,8 +40,21 @@ def log_odds(w: Weighed, case: Case) -> float:
     common = file is None or not w.hypothesis.effects  # to all tests, or nothing at all
     sought = bool(w.freed) or not (usual and common)
     odd = 0 if file is None else unheard_of(w.hypothesis, file)
-    unknowns = w.unknowns - len(foreseen(case.evidence, w.hypothesis))
-    return fits - price(unknowns, figures) - sought * float(np.log(case.places)) - odd * STRONG / 2
+    unknowns = unknowns_of(w.hypothesis) + w.freed - len(foreseen(case.evidence, w.hypothesis))
+    fits -= price(unknowns, figures) + sought * float(np.log(case.places)) + odd * STRONG / 2
+    return fits + _gains(w.hypothesis)
+
+
+def _gains(h: Hypothesis) -> float:
+    """Logarithm of how likely gains are before anything is measured, beside none that is off: they
+    scatter by `GAIN_STD`, or one is off by a gross mistake, which strong evidence tells."""
+    values = [
+        abs(f.values["gain"])
+        for e, f in zip(h.effects, h.figures, strict=True)
+        if e.fault is not None and e.fault.how in ("gain", "force")
+    ]
+    off = np.log(np.clip(values, FAINT, None)) / GAIN_STD
+    return float(np.sum(np.maximum(-0.5 * off**2, -STRONG / 2.0)))
 
 
 def field_of(final: Weighed, others: Sequence[Weighed], case: Case) -> list[Weighed]:

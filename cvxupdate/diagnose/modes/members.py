@@ -39,7 +39,7 @@ def _best(
 ) -> tuple[float, Seed] | None:
     """(weighted squares, seed) of the best size, the modes followed from size to size; None where
     there is no structure at any."""
-    q = model.parameters[-1]
+    q, own = model.parameters[len(parent.p)], np.zeros(effect.columns - 1)
     best: tuple[float, Real] | None = None
     try:
         setting = setting_of(model, parent.setting.tables, parent.setting.residual)
@@ -50,7 +50,7 @@ def _best(
     for side in (-1.0, 1.0):
         point: ModalPoint | None = None
         for size in [side * x for x in SIZES if q.lower < side * x < q.upper]:
-            start = np.append(parent.p, size)
+            start = np.array([*parent.p, size, *own])
             try:
                 point = tried.residual.evaluate(start, point)
             except CvxupdateError:

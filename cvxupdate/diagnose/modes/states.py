@@ -144,7 +144,7 @@ def group_factors(effects: Sequence[Effect]) -> list[Kind]:
     return [
         Kind((e,), np.ones(1), np.zeros((1, 3)))
         for e in effects
-        if e.place.groups and e.count == 1 and e.change is not None and not e.type.damping
+        if e.place.groups and e.columns == 1 and e.change is not None and not e.type.damping
     ]
 
 

@@ -5,10 +5,18 @@ from __future__ import annotations
 from dataclasses import replace
 
 from cvxupdate.diagnose.nominal.theory import GROUP, SIZES, theory_parameters
-from cvxupdate.diagnose.settings import CREDIBLE, FREE, MASS_STD, STIFFNESS_STD, WIDE
+from cvxupdate.diagnose.settings import (
+    ALIKE_STD,
+    CREDIBLE,
+    FREE,
+    MASS_STD,
+    STIFFNESS_STD,
+    WIDE,
+)
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.parameters import Parameter
 from cvxupdate.fe.select import has_property, select_parameters
+from cvxupdate.physics.alike import OWN
 from cvxupdate.physics.given import is_given
 from cvxupdate.physics.growth import Wanted
 
@@ -62,9 +70,11 @@ def let_far(model: Model, own: frozenset[int]) -> Model:
 
 def scatter_of(q: Parameter) -> float:
     """Prior deviation of a group's p-value: `CREDIBLE` of them reach its bound, and it is at most
-    the usual one; of a part of the theory its own."""
+    the usual one; of a part of the theory its own, and of one of a class."""
     if q.group == GROUP:
         return SIZES[q.of][1]
+    if q.group == OWN:
+        return ALIKE_STD
     return min(MASS_STD if q.of == "mass" else STIFFNESS_STD, q.upper / CREDIBLE)
 
 

@@ -72,7 +72,7 @@ def _size(best: Hypothesis, number: int) -> Real:
     """As parameters of the model, or in the units of a law."""
     effect = best.effects[number]
     if effect.change is not None:
-        return best.sizes(number)
+        return best.sizes(number)[: effect.count]
     return np.array([best.values[number][q.name] for q in effect.figures])
 
 

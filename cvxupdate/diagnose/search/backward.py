@@ -7,7 +7,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from cvxupdate.diagnose.hypothesis import Hypothesis, price, without
+from cvxupdate.diagnose.hypothesis import Hypothesis, without
+from cvxupdate.diagnose.priced import price, unknowns_of
 from cvxupdate.diagnose.search.plainer import plainer
 from cvxupdate.diagnose.search.race import entered, merged, raced
 from cvxupdate.diagnose.settings import BEHIND, EXPLAINED, OPEN, STRONG
@@ -84,7 +85,7 @@ def firm(h: Hypothesis, number: int) -> bool:
 
 def merit(h: Hypothesis) -> float:
     """Logarithm of the evidence, less what its unknowns cost."""
-    return h.fit.log_evidence - price(h.unknowns, h.fit.independent)
+    return h.fit.log_evidence - price(unknowns_of(h), h.fit.independent)
 
 
 def freed(evidence: Evidence, whole: Hypothesis) -> Hypothesis:

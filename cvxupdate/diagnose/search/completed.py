@@ -13,8 +13,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from cvxupdate.diagnose.hypothesis import FIXTURE, SPRINGS, Hypothesis, further, price
+from cvxupdate.diagnose.hypothesis import FIXTURE, SPRINGS, Hypothesis, further
 from cvxupdate.diagnose.nominal.wanted import by_theory, expected, usual
+from cvxupdate.diagnose.priced import price
 from cvxupdate.diagnose.search.backward import merit
 from cvxupdate.diagnose.search.classes import (
     lightened,

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from cvxupdate.diagnose.judge.posterior import field_of, log_odds, rivals, support, weights
-from cvxupdate.diagnose.settings import STRONG
+from cvxupdate.diagnose.settings import GAIN_STD, STRONG
 from cvxupdate.diagnose.types import Errors
 from tests.cases.plain_evidence import (
     CHAIN,
@@ -17,6 +17,7 @@ from tests.cases.plain_evidence import (
     PlainFit,
     case_of,
     effect,
+    fault,
     rig,
     weighed,
 )
@@ -78,6 +79,23 @@ def test_the_shear_that_theory_foresees_is_no_unknown() -> None:
     assert log_odds(weighed(BEST, part, size=1.1), case) == pytest.approx(far)
     beside = log_odds(weighed(BEST, whole, A, size=1.1), case)
     assert beside == pytest.approx(log_odds(weighed(BEST, A), case))
+
+
+@pytest.mark.parametrize(
+    ("off", "price"),
+    [
+        pytest.param(0.0, 0.0, id="as it should"),
+        pytest.param(-0.15, 0.5 * (math.log(0.85) / GAIN_STD) ** 2, id="as load cells are off"),
+        pytest.param(1.5, STRONG / 2.0, id="a gross mistake"),
+        pytest.param(-1.0, STRONG / 2.0, id="a channel that is dead"),
+        pytest.param(-2.0, 0.0, id="a wrong sign is another matter"),
+    ],
+)
+def test_a_gain_is_the_likelier_the_less_it_is_off(off: float, price: float) -> None:
+    """A softer clamp and a force channel that reads 1.85 times what it should, on a real beam, were
+    half as likely as the mass at its tip, and it was said that something differs there."""
+    there, right = (weighed(BEST, fault("n1.x"), size=x) for x in (off, 0.0))
+    assert log_odds(right, CASE) - log_odds(there, CASE) == pytest.approx(price)
 
 
 def test_what_was_held_out_decides_between_near_ties() -> None:

@@ -88,7 +88,7 @@ def written(folder: Path, spec: Spec, model: Model, p: NDArray[np.float64]) -> t
 def values_for(candidate: Effect, model: Model) -> NDArray[np.float64]:
     """Nuisance parameters off by percents, physics by much, within bounds."""
     rng = np.random.default_rng(len(candidate.name))
-    p = np.concatenate([[0.031, -0.024], rng.uniform(0.2, 0.45, candidate.count)])
+    p = np.concatenate([[0.031, -0.024], rng.uniform(0.2, 0.45, candidate.columns)])
     if candidate.sign == 0 and len(candidate.name) % 2:
         p[2:] *= -1.0
     return np.clip(p, [q.lower for q in model.parameters], [q.upper for q in model.parameters])

@@ -228,7 +228,11 @@ def test_feet_that_give_way_alike_are_told_by_one_number(tmp_path) -> None:
     found = at_once(responses.by_modes(FEW), quiet)
     (feet,) = [k for k, e in enumerate(found[0].effects) if e.physics == "grounding_spring"]
     assert found[0].effects[feet].place.dof is None
-    assert found[0].values[feet]["k"] == pytest.approx(3.98e4, rel=0.3)
+    # the foot under the leg that is softer has most of that, as far as feet differ
+    _, *own = found[0].sizes(feet)
+    others = found[0].values[feet]["k"] * (1.0 + np.array(own[1:]))
+    assert len(own) == 4 and own[0] < -0.5 and np.abs(own[1:]).max() < 0.2
+    assert others == pytest.approx(3.98e4, rel=0.8)
     lumps = {e.place.nodes for h in found for e in h.effects if e.physics == "added_mass"}
     assert lumps == {(15,)}  # where the shaker stood
 

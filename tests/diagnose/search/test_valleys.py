@@ -3,7 +3,6 @@ space frame of which springs in every direction seemed to explain the table."""
 
 from __future__ import annotations
 
-import numpy as np
 import pytest
 
 from cvxupdate.diagnose.gather import gathered
@@ -53,4 +52,4 @@ def test_a_mass_beside_a_fixture_is_found_though_springs_explain(tmp_path) -> No
     (lump,) = [k for k, e in enumerate(best.effects) if e.physics == "added_mass"]
     assert best.effects[lump].place.nodes == (28,)
     assert best.values[lump]["m"] == pytest.approx(0.296, rel=0.15)
-    assert np.isfinite(best.fit.misfit) and best.fit.spent
+    assert best.fit.misfit < 0.15, "noise makes next to all of it"
