@@ -196,7 +196,7 @@ class Fit:
         """How many of ``some`` unknowns the rows tell beside their priors (well-determined ones;
         MacKay 1992); all where a repeated eigenvalue has no derivatives."""
         with suppress(ModelError):
-            return float(np.sum(self._determined[list(some)])) if len(some) else 0.0
+            return float(np.sum(self._determined[list(some)]))
         return float(len(some))
 
     @cached_property

@@ -3,7 +3,7 @@
 One stiffness for all of them says what a rig does; bearings, anchors and bolted joints of one kind
 differ by a quarter all the same. Taken as exactly equal they leave differences for which a lump or
 a softer member beside them stands. So each has a factor of its own on the common stiffness, as
-groups of elements have, which is no unknown that the recordings have to pay for.
+groups of elements have: scatter, and no size that is sought.
 """
 
 from __future__ import annotations

@@ -190,15 +190,8 @@ def _grown(model: Model, ends: Sequence[End], unit: float) -> Model:
     """On springs of one compliance, each with a factor of its own."""
     name = f"joints@{len(ends)}"
     grown = opened_model(model, ends, unit, name)
-    turning = [
-        (int(model.blocks[number].direction[0, c]), end)
-        for end in ends
-        for number, _, columns in [end]
-        for c in columns
-    ]
-    whose = [
-        end for kind in dict.fromkeys(k for k, _ in turning) for k, end in turning if k == kind
-    ]
+    about = [(int(model.blocks[n].direction[0, c]), (n, e, own)) for n, e, own in ends for c in own]
+    whose = [end for kind in dict.fromkeys(k for k, _ in about) for k, end in about if k == kind]
     return with_own(grown, name, zip(whose, grown.parameters[-1].elements, strict=True))
 
 

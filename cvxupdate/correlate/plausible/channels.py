@@ -103,10 +103,9 @@ def _twice(recording: Recording) -> Iterator[Doubt]:
     there, or a slip."""
     if isinstance(recording, TimeHistory):
         return
-    if isinstance(recording, ModeTable):
-        channels = recording.channels
-    else:
-        channels = recording.responses
+    channels = (
+        recording.responses if isinstance(recording, FrequencyResponse) else recording.channels
+    )
     seen: dict[tuple[int, str, str], list[int]] = {}
     for number, c in enumerate(channels, 1):
         seen.setdefault((c.node, c.dof, c.quantity), []).append(number)

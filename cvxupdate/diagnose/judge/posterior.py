@@ -49,8 +49,8 @@ def _gains(h: Hypothesis) -> float:
     """Logarithm of how likely gains are before anything is measured, beside none that is off: they
     scatter by `GAIN_STD`, or one is off by a gross mistake, which strong evidence tells."""
     values = [
-        abs(f.values["gain"])
-        for e, f in zip(h.effects, h.figures, strict=True)
+        abs(figures["gain"])
+        for e, figures in zip(h.effects, h.values, strict=True)
         if e.fault is not None and e.fault.how in ("gain", "force")
     ]
     off = np.log(np.clip(values, FAINT, None)) / GAIN_STD

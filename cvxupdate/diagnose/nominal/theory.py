@@ -30,7 +30,7 @@ from cvxupdate.diagnose.types import Real
 from cvxupdate.fe.analysis.solid import LAG, TURNING
 from cvxupdate.fe.block import Block
 from cvxupdate.fe.model import Model
-from cvxupdate.fe.select import has_property
+from cvxupdate.fe.select import has_property, property_names
 from cvxupdate.physics.compliance import RIGID
 from cvxupdate.physics.given import is_given
 from cvxupdate.physics.growth import Wanted
@@ -38,7 +38,6 @@ from cvxupdate.physics.units import number
 
 SHEAR, ROTARY, CORNER, CLAMP, BODY = "shear", "rotary", "corner", "clamp", "inertia"
 POINT = "a"  # the compliance of `cvxupdate.diagnose.nominal.points`
-INERTIAS = ("m", "Ixx", "Iyy", "Izz")
 GROUP = "theory"  # to which these parameters belong, in place of a group of the file
 # of what theory says of each: most, and prior deviation. Shear: the coefficient of a section
 # is known within a fifth. Rotary inertia: all or nothing, a switch of the program, so the file's
@@ -113,7 +112,9 @@ def lumps_of(model: Model) -> list[tuple[int, float]]:
         (float(np.real(m)), int(i))
         for b in model.blocks
         if has_property(b, BODY)
-        for i, m, *own in zip(b.ids, *(b.properties[k] for k in INERTIAS), strict=True)
+        for i, m, *own in zip(
+            b.ids, b.properties["m"], *(b.properties[k] for k in property_names(BODY)), strict=True
+        )
         if np.real(m) > 0.0 and not np.any(own)
     ]
     heaviest = sorted(found, reverse=True)[:LUMPS]
@@ -129,7 +130,7 @@ def with_bodies(model: Model) -> Model:
         if not sizes or not has_property(block, BODY):
             return block
         more = np.array([usual * sizes.get(int(i), 0.0) for i in block.ids])
-        turned = {k: block.properties[k] + more for k in INERTIAS[1:]}
+        turned = {k: block.properties[k] + more for k in property_names(BODY)}
         return replace(block, properties={**block.properties, **turned})
 
     return replace(model, blocks=tuple(own(b) for b in model.blocks))

@@ -15,7 +15,6 @@ import numpy as np
 
 from cvxupdate.diagnose.hypothesis import Hypothesis, of_a_rig, together
 from cvxupdate.diagnose.nominal.wanted import by_theory
-from cvxupdate.diagnose.priced import price, unknowns_of
 from cvxupdate.diagnose.search.backward import backward, freed, merit
 from cvxupdate.diagnose.search.beside import beside
 from cvxupdate.diagnose.search.race import entered, merged, raced, refitted
@@ -79,7 +78,7 @@ def _lightest(evidence: Evidence, sets: Sequence[Hypothesis]) -> list[Hypothesis
     out, best = list[Hypothesis](), -np.inf
     for h in sorted(sets, key=merit, reverse=True)[:STAYING]:
         best = max(best, merit(h))
-        if merit(h) + price(unknowns_of(h), h.fit.independent) > best:
+        if h.fit.log_evidence > best:
             freer = lightened(evidence, h)
             out += freer
             best = max([best, *map(merit, freer)])
