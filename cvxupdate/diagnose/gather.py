@@ -20,6 +20,7 @@ from cvxupdate.diagnose.nominal.refinement import PLAIN, has_sheets
 from cvxupdate.diagnose.nominal.scatter import with_nuisance
 from cvxupdate.diagnose.nominal.supports import elements_of, held_dofs, release_from
 from cvxupdate.diagnose.output.wording import nonlinear, slightly
+from cvxupdate.diagnose.responses.aside import with_aside
 from cvxupdate.diagnose.responses.common import common_of
 from cvxupdate.diagnose.responses.data import Data, prepare
 from cvxupdate.diagnose.responses.evidence import ResponseEvidence
@@ -164,6 +165,7 @@ def _responses(
         start = undamped(fine.on(model))
         own = None if reference is None else elements_of(reference.file)
         start = with_nuisance(start, spec.diagnose.scatter, fine.theory, own)
+        start = with_aside(start, data.driven, data.sensors, data.top)
         held, release = held_dofs(spec, model), release_from(spec, fine)
         found = ResponseEvidence(
             model, start, data, fine, names, held, release, progress, file, budget

@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from cvxupdate.diagnose.fit import Fit, Setting
-from cvxupdate.diagnose.settings import CLEARLY, MOST_EFFECTS, PENALTY
+from cvxupdate.diagnose.settings import CLEARLY, MOST_EFFECTS, OF_A_RIG, PENALTY
 from cvxupdate.diagnose.types import Evidence, Key, Real, Score, Seed
 from cvxupdate.errors import CvxupdateError, ModelError
 from cvxupdate.physics.effect import Effect
@@ -53,8 +53,11 @@ class Hypothesis:
 
     @property
     def full(self) -> bool:
-        """Whether it has as many effects as there may be, one that no rig does among them."""
-        return len(self.effects) >= MOST_EFFECTS and not all(map(of_a_rig, self.effects))
+        """Whether it has as many effects as there may be, one that is sought among them: what
+        theory wants is none of them, and of a rig the first few count."""
+        own = [e for e in self.effects if not e.type.theory]
+        rig = sum(map(of_a_rig, own))
+        return len(own) > rig and len(own) - rig + min(rig, OF_A_RIG) >= MOST_EFFECTS
 
     @property
     def name(self) -> str:

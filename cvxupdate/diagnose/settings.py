@@ -96,8 +96,9 @@ UNEVEN = 0.3
 RESPONSE_DISCREPANCY = 0.01
 # The same of a natural frequency (relative) and of a mode shape's entry (largest entry 1).
 FREQUENCY_DISCREPANCY, SHAPE_DISCREPANCY = 0.003, 0.02
-# m: how far a sensor stands beside its node, half of the width of a small accelerometer.
-BESIDE = 0.005
+# m, rad: how far sensors and forces are beside their nodes, half of a small accelerometer's width,
+# and off their directions; how many such errors of sensors are fitted along, at most.
+BESIDE, TILTED, MOST_ASIDE = 0.005, 0.035, 24
 # Beside a reference state, what both have in common being taken out: relative change of a
 # frequency from day to day (ten kelvin), of a shape's entry by mounting sensors again; the part of
 # what the model misses, and of what changed, that may differ between the states; of the groups'
@@ -183,9 +184,8 @@ WIDER = 2
 ZONED, STRETCHED = 2, 3
 # Fixtures or cords on which a rig alone is tried: the nearest, and one on the other side of a tie.
 MOUNTS = 2
-# Effects in one hypothesis, at most, but for one that is sought beside a rig of many things: a rig
-# of four and one that is sought.
-MOST_EFFECTS = 5
+# Effects in one hypothesis, at most; as many of a rig count among them as leave two to be sought.
+MOST_EFFECTS, OF_A_RIG = 5, 3
 # Times the best single effect's misfit: an effect that alone leaves more is nothing by itself.
 ALONE = 100.0
 # Measured figures beyond the nuisance parameters from which on a second effect is sought: with

@@ -33,7 +33,8 @@ class EffectType(ABC):
     ``name`` is the contract's, ``noun`` what it is in a sentence; ``damping``: it only takes out
     energy; ``unlimited``: beyond some size more of it changes nothing; ``total``: its bound is all
     there is of it; ``rig``: hardly a test is without it (only so, where not ``sought``); ``mount``:
-    a structure stands on it or hangs from it; ``told_by`` which recordings tell it (motion: those
+    a structure stands on it or hangs from it; ``theory``: programs have or leave it out;
+    ``told_by`` which recordings tell it (motion: those
     whose level counts); ``writers`` how what it adds is written, by the kind of element.
     """
 
@@ -44,6 +45,7 @@ class EffectType(ABC):
     total: ClassVar[bool] = False
     rig: ClassVar[bool] = False
     mount: ClassVar[bool] = False
+    theory: ClassVar[bool] = False
     sought: ClassVar[bool] = True
     told_by: ClassVar[frozenset[str]] = frozenset({RESPONSES, MODES})
     writers: ClassVar[tuple[tuple[str, Writer], ...]] = ()

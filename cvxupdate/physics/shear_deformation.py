@@ -24,6 +24,7 @@ class ShearDeformation(EffectType):
 
     name = "shear_deformation"
     noun = "deformation in shear"
+    theory = True
 
     def candidates(self, context: SearchContext) -> list[Effect]:
         """In every group of beams or shells; in all of them where none is in a group."""

@@ -169,10 +169,12 @@ def frfs(
     lines: np.ndarray,
     gain: float = 1.0,
     zeta: float = 0.02,
+    off: float = 0.0,
 ) -> Path:
     """A problem file of the structure as ``drawn`` beside accelerances of the ``real`` one by dense
     inversion, a recording for each drive, the last one held out; noise of 0.3 %; the force channel
-    reads ``gain`` times the force."""
+    reads ``gain`` times the force. Forces act and sensors stand ``off`` metres beside their nodes,
+    to either side in turn, where these turn about y."""
     path = folder / "problem.toml"
     path.write_text(f"model = {toml(real)}\n", encoding="utf-8")
     model = build_model(load_problem(path))
@@ -181,12 +183,16 @@ def frfs(
     lam, phi = scipy.linalg.eigh(K, M)
     C = M @ phi @ np.diag(2.0 * zeta * np.sqrt(np.maximum(lam, 0.0))) @ phi.T @ M
     s = 2j * np.pi * np.asarray(lines)[:, None, None]
-    out = [model.place[f"n{n}.{d}"] for n, d in sensors]
+    at = np.zeros((len(sensors), model.size))
+    for row, (n, d) in enumerate(sensors):
+        at[row, model.place[f"n{n}.{d}"]] = 1.0
+        at[row, model.place.get(f"n{n}.ry", 0)] += off * (-1) ** row
     text = f"model = {toml(drawn)}\n"
     for k, (node, dof) in enumerate(drives):
         unit = np.zeros((model.size, 1))
         unit[model.place[f"n{node}.{dof}"]] = 1.0
-        seen = (s**2 * np.linalg.solve(K + s * C + s**2 * M, unit[None]))[:, out] / gain
+        unit[model.place.get(f"n{node}.ry", 0)] += off
+        seen = at @ (s**2 * np.linalg.solve(K + s * C + s**2 * M, unit[None])) / gain
         std = 3e-3 * np.sqrt(np.mean(np.abs(seen) ** 2, axis=0, keepdims=True))
         std = std * np.ones(seen.shape)
         rng = np.random.default_rng(k)

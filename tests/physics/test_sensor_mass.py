@@ -57,3 +57,12 @@ def test_at_any_size_the_directions_are_those_of_the_model(tmp_path) -> None:
     wanted = scipy.linalg.eigh(m.K.toarray(), m.M.toarray(), eigvals_only=True)[:6]
     found = scipy.linalg.eigh(bare.K.toarray(), bare.M.toarray() + added, eigvals_only=True)[:6]
     np.testing.assert_allclose(found, wanted, rtol=1e-9)
+
+
+def test_accelerometers_are_a_quarter_of_the_structure_at_most(tmp_path) -> None:
+    """Of a portal of 260 kg eight weighed 11 kg each, in place of a hoist of 28 kg."""
+    spec = problem(tmp_path, frame())
+    model = build_model(spec)
+    (one,) = placed(tmp_path, ("n2.x", "n7.z"))
+    unit = one.change.model.parameters[-1].unit_size
+    assert np.isclose(2 * one.limits[1] * unit, 0.25 * model.total_mass())

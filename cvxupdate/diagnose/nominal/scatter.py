@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from cvxupdate.diagnose.nominal.theory import GROUP, SIZES, theory_parameters
+from cvxupdate.diagnose.nominal.theory import ASIDE, GROUP, SIZES, theory_parameters
 from cvxupdate.diagnose.settings import (
     ALIKE_STD,
     CREDIBLE,
@@ -61,7 +61,7 @@ def let_far(model: Model, own: frozenset[int]) -> Model:
     return model.with_parameters(
         [
             replace(q, lower=-WIDE, upper=WIDE)
-            if q.group != GROUP and own.issuperset(q.elements)
+            if q.group not in (GROUP, ASIDE) and own.issuperset(q.elements)
             else q
             for q in model.parameters
         ]
@@ -75,6 +75,8 @@ def scatter_of(q: Parameter) -> float:
         return SIZES[q.of][1]
     if q.group == OWN:
         return ALIKE_STD
+    if q.group == ASIDE:
+        return q.upper / CREDIBLE
     return min(MASS_STD if q.of == "mass" else STIFFNESS_STD, q.upper / CREDIBLE)
 
 

@@ -39,6 +39,7 @@ from cvxupdate.physics.units import number
 SHEAR, ROTARY, CORNER, CLAMP, BODY = "shear", "rotary", "corner", "clamp", "inertia"
 POINT = "a"  # the compliance of `cvxupdate.diagnose.nominal.points`
 GROUP = "theory"  # to which these parameters belong, in place of a group of the file
+ASIDE = "aside"  # the same, of what forces and sensors are beside their places
 # of what theory says of each: most, and prior deviation. Shear: the coefficient of a section
 # is known within a fifth. Rotary inertia: all or nothing, a switch of the program, so the file's
 # word is no evidence. Corners: overlapping members bend somewhere between as they do elsewhere
@@ -276,6 +277,11 @@ def theory_lines(model: Model, base: Fit) -> list[str]:
         out.append(
             "Clamped edges of sheets may hold from a part of the thickness before their line on"
             f"{size}: it was {FITTED}"
+        )
+    if any(q.group == ASIDE for q in model.parameters):
+        out.append(
+            "Forces and sensors may be some millimetres beside their nodes and a degree or two off "
+            f"their directions: it was {FITTED}"
         )
     if POINT in own:
         size = "" if p is None else f" (by {number(float(p[own[POINT]]), 2)} / θκGh)"

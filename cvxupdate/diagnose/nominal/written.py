@@ -6,8 +6,17 @@ from typing import Literal
 
 import numpy as np
 
-from cvxupdate.diagnose.nominal.theory import BODY, CLAMP, CORNER, GROUP, POINT, ROTARY, SHEAR
-from cvxupdate.diagnose.settings import WRITTEN
+from cvxupdate.diagnose.nominal.theory import (
+    ASIDE,
+    BODY,
+    CLAMP,
+    CORNER,
+    GROUP,
+    POINT,
+    ROTARY,
+    SHEAR,
+)
+from cvxupdate.diagnose.settings import CREDIBLE, WRITTEN
 from cvxupdate.diagnose.types import Real
 from cvxupdate.fe.analysis.solid import LAG, TURNING
 from cvxupdate.fe.model import Model
@@ -25,9 +34,12 @@ def sayable(model: Model, p: Real) -> tuple[Model, Real, list[str]]:
     has none for: of theory it has shear, springs under points, bodies for lumps, and rotary
     inertia wholly or not at all."""
     own: list[int] = []
-    values, notes = p[: len(model.parameters)].copy(), list[str]()
+    values, notes, aside = p[: len(model.parameters)].copy(), list[str](), False
     for j, q in enumerate(model.parameters):
         size = float(values[j])
+        if q.group == ASIDE:  # it changes no matrix
+            aside |= abs(size) > q.upper / CREDIBLE
+            continue
         if q.group != GROUP or q.of in (POINT, BODY) or (q.of == SHEAR and size >= WRITTEN):
             own.append(j)
         elif q.of == ROTARY:
@@ -37,6 +49,11 @@ def sayable(model: Model, p: Real) -> tuple[Model, Real, list[str]]:
                 notes.append(_turning(size - q.lower, values[j] - q.lower))
         elif abs(size) > WRITTEN and q.of in WORDS:
             notes.append(f"{WORDS[q.of]}, for which this file has no word: its error is larger.")
+    if aside:
+        notes.append(
+            "Forces or sensors were fitted as more than usually beside their nodes, for which this "
+            "file has no word: its error is larger."
+        )
     return model.with_parameters(tuple(model.parameters[j] for j in own)), values[own], notes
 
 

@@ -14,6 +14,7 @@ from typing import Protocol
 
 import numpy as np
 
+from cvxupdate.diagnose.responses.aside import shapes_aside
 from cvxupdate.diagnose.responses.signals import Complex, Real, Signal
 from cvxupdate.fe.block import Index
 from cvxupdate.fe.model import KINDS, DerivativeBlock, Model
@@ -102,7 +103,8 @@ def driven(
     if any(not np.array_equal(stays.dofs, goes.dofs) for stays, goes in pairs):
         return _changed(point, model, signal, further, pairs)
     at, by = (sensor_rows(model, labels) for labels in (signal.sensors, signal.inputs))
-    return respond(signal, point.modes, at, by, point.loss, *further, point.near)
+    aside = shapes_aside(model, point.p, signal, point.modes)
+    return respond(signal, point.modes, at, by, point.loss, *further, point.near, aside)
 
 
 def rates_at(
@@ -157,6 +159,7 @@ def _changed(
         point.loss,
         *further,
         every,
+        shapes_aside(model, point.p, signal, point.modes, len(used)),
     )
     answer, phi = r.a[:, :, n:], r.at[:, n:]  # to forces at the DOFs; the modes' shapes there
     H, heard, moved = (

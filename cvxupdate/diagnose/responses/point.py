@@ -13,9 +13,11 @@ from scipy.optimize import linear_sum_assignment
 
 from cvxupdate.diagnose.nominal.mesh import NONE, MeshError
 from cvxupdate.diagnose.nominal.scatter import prior_scales
+from cvxupdate.diagnose.nominal.theory import ASIDE
+from cvxupdate.diagnose.responses.aside import with_rates
 from cvxupdate.diagnose.responses.losses import Losses, own_strain, ratios_of
 from cvxupdate.diagnose.responses.moving import NOTHING, Carried, driven, rates_at
-from cvxupdate.diagnose.responses.signals import Complex, Real, Signal
+from cvxupdate.diagnose.responses.signals import Complex, Real, Signal, independent
 from cvxupdate.diagnose.settings import (
     COMMON_DAMPING_STD,
     FREE,
@@ -37,6 +39,7 @@ from cvxupdate.fe.synthesis.pieces import (
     receptances,
 )
 from cvxupdate.fe.synthesis.shapes import Found, Shapes
+from cvxupdate.physics.alike import OWN
 from cvxupdate.physics.fault import Fault
 from cvxupdate.system import LinearSystem
 
@@ -88,12 +91,15 @@ class ResponseSetting:
 
     @property
     def scales(self) -> Real:
-        """Prior standard deviations of the unknowns: group p-values scatter as usual; effects and
-        faults are free."""
-        common = [COMMON_DAMPING_STD, *([KIND_STD] if self.mixed else [])]
-        own = [MODE_DAMPING_STD] * self.damped
-        own += [TUNED_STD] * (self.damped if self.tuned else 0)
-        return np.array([*prior_scales(self.model), *common, *own, *[FREE] * len(self.faults)])
+        """Prior standard deviations of the unknowns; effects and faults are free. What a member of
+        a class has of its own, and a drive beside its place, counts as beside independent rows."""
+        own = [COMMON_DAMPING_STD, *([KIND_STD] if self.mixed else [])]
+        own += [MODE_DAMPING_STD] * self.damped + [TUNED_STD] * (self.damped if self.tuned else 0)
+        figures, rows = independent(self.signals, self.damped)
+        models = np.array(prior_scales(self.model))
+        beside = [q.group in (OWN, ASIDE) for q in self.model.parameters]
+        models[beside] *= np.sqrt(figures / max(1, rows))
+        return np.array([*models, *own, *[FREE] * len(self.faults)])
 
     @property
     def reach(self) -> Real:
@@ -120,15 +126,13 @@ class ResponseSetting:
         return np.concatenate([np.tile(part, 2) for part in parts])
 
     def figures(self, point: ResponsePoint) -> tuple[float, float]:
-        """A frequency and a damping ratio for each mode in the band, a gain for each channel: what
-        the discrepancy of a sound model is made of; its own are the damping ratios."""
+        """Of the modes in the band (`independent`): what the discrepancy of a sound model is made
+        of; its own are the damping ratios."""
         f = point.modes.frequencies
         band = [s.s.imag / (2.0 * np.pi) for s in self.signals]
         low, high = min(b.min() for b in band), max(b.max() for b in band)
         modes = max(1, int(np.sum((f >= low) & (f <= high))))
-        channels = sum(s.Y.shape[1] * s.Y.shape[2] for s in self.signals)
-        rows = sum(2 * s.Y.size for s in self.signals)
-        return float(min(rows, 2 * modes + channels)), float(modes)
+        return independent(self.signals, modes)[0], float(modes)
 
     def damping_strain(self, p: Real) -> float:
         """That of `own_strain`."""
@@ -277,11 +281,12 @@ class ResponsePoint:
             damped = losses.own(r, faulty)
             here = rates_at(s.model, p, r.signal, rates)
             change = usual if here is rates else Changes.of(here, self.modes, self.low)
-            columns = np.concatenate([change.columns(r), losses.together(r)], axis=-1)
+            own = with_rates(s.model, self.modes, r, change.columns(r))
+            columns = np.concatenate([own, losses.together(r)], axis=-1)
             if self.setting.faults:
-                own = [self.fault_rate(k, r.signal, r.raw) for k in range(len(s.faults))]
+                more = [self.fault_rate(k, r.signal, r.raw) for k in range(len(s.faults))]
                 heard = (self.faulty(r.signal, c) for c in np.moveaxis(columns, -1, 0))
-                columns = np.stack([*heard, *own], axis=-1)
+                columns = np.stack([*heard, *more], axis=-1)
             rows, at = r.rows(columns), s.ratios.start
             stacked = np.concatenate([rows[..., :at], damped, rows[..., at:]], axis=-1)
             flat = stacked.reshape(-1, stacked.shape[-1])

@@ -10,6 +10,7 @@ level: far-reaching first, sharp at the end.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -91,6 +92,14 @@ class Signal:
         recording."""
         power, noise = (np.sqrt(np.mean(np.abs(v) ** 2, axis=(0, 2))) for v in (self.Y, self.std))
         return np.asarray((power > 3.0 * noise) & (power > 10.0 * SILENT * power.max()))
+
+
+def independent(signals: Sequence[Signal], modes: int) -> tuple[float, int]:
+    """How many figures are independent of so many modes, and rows, of real and imaginary parts: a
+    frequency and a damping ratio for each, a gain for each channel."""
+    rows = sum(2 * s.Y.size for s in signals)
+    channels = sum(s.Y.shape[1] * s.Y.shape[2] for s in signals)
+    return float(min(rows, 2 * modes + channels)), rows
 
 
 def smoothed(sharp: Signal, epsilon: float) -> Signal:

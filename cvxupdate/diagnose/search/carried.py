@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from cvxupdate.diagnose.hypothesis import Hypothesis, together
+from cvxupdate.diagnose.nominal.theory import ASIDE
 from cvxupdate.diagnose.search.exchange import as_fitted
 from cvxupdate.diagnose.types import Evidence, Real
 from cvxupdate.physics.effect import Effect, HiddenOscillator
@@ -14,15 +15,25 @@ from cvxupdate.physics.effect import Effect, HiddenOscillator
 
 def carried(evidence: Evidence, told: Hypothesis) -> Hypothesis | None:
     """What other evidence told, at its sizes on this one, at the first level, with its nuisance
-    parameters: those of this one alone are bent by what is missing. None where an effect cannot
-    stand here."""
-    base = evidence.bases[0]
+    parameters: those of this one alone are bent by what is missing. Where forces and sensors are
+    modes do not tell: at their places, or where nuisance parameters alone have them, whichever is
+    nearer. None where an effect cannot stand here."""
+    base, last = evidence.bases[0], evidence.bases[-1]
     names = [q.name for q in told.fit.setting.model.parameters]
     own = np.zeros(len(base.p))
+    aside = own.copy()
     for j, q in enumerate(evidence.model.parameters):
         if q.name in names:
             own[j] = told.fit.p[names.index(q.name)]
-    h = Hypothesis((), evidence.evaluated(base.setting, own))
+        elif q.group == ASIDE:
+            aside[j] = last.p[j]
+    starts = [own, own + aside] if np.any(aside) else [own]
+    found = [h for p in starts if (h := _at(evidence, told, p)) is not None]
+    return min(found, key=lambda h: h.fit.cost, default=None)
+
+
+def _at(evidence: Evidence, told: Hypothesis, nuisance: Real) -> Hypothesis | None:
+    h = Hypothesis((), evidence.evaluated(evidence.bases[0].setting, nuisance))
     for number in range(len(told.effects)):
         grown = together(evidence, h, *_as_here(evidence, told, number))
         if grown is h:

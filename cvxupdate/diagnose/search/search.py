@@ -1,5 +1,4 @@
-"""The search: every effect at every place screened, the short list refitted, several effects where
-one is not enough."""
+"""The search: effects at all places screened, the best refitted, several where one is too few."""
 
 from __future__ import annotations
 
@@ -23,6 +22,7 @@ from cvxupdate.diagnose.search.neighbours import at_last, neighbours
 from cvxupdate.diagnose.search.race import merged, raced
 from cvxupdate.diagnose.search.rigs import beside_a_rig
 from cvxupdate.diagnose.search.several import busy, further, in_their_place, pairs, simpler
+from cvxupdate.diagnose.search.unlike import with_one_unlike
 from cvxupdate.diagnose.search.valleys import in_other_valleys
 from cvxupdate.diagnose.search.zones import zoned
 from cvxupdate.diagnose.settings import (
@@ -105,6 +105,7 @@ def search(evidence: Evidence, progress: Progress, seen: Seen = NOTHING) -> Foun
     else:
         smooth = Smooth(coarse, sharper, alone, grown, pattern)
         singles, several = _sharpened(evidence, smooth, progress)
+    several = merged(several, with_one_unlike(evidence, [*singles, *several], progress))
     several = merged(several, at_last(evidence, several, progress))
     return Found(
         tuple(best_of(*rankings)),
@@ -236,8 +237,7 @@ def _last(
     several: Sequence[Hypothesis],
     progress: Progress,
 ) -> tuple[list[Hypothesis], list[Hypothesis]]:
-    """Single effects with the other places of the likeliest; sets with supports that give way in
-    several directions (a model far off from responses has its approach)."""
+    """Single effects at other places, too; sets with supports that give way in more directions."""
     by_modes = evidence.told_by == MODES
     sets = list(several)
     if by_modes:

@@ -139,16 +139,18 @@ def respond(
     C: Real | None,
     D: Real | None,
     near: int = 0,
+    aside: tuple[Real, Real] | None = None,
 ) -> Response:
     """Model response to a signal's drive.
 
     ``loss`` of its modes; ``C`` and ``D`` (low, low) further viscous and hysteretic damping
     among the lowest modes, None where there is none; at least the first ``near`` modes get pieces
-    of their own.
+    of their own; ``aside`` (modes, sensors) and (modes, inputs) is added to the shapes there.
     """
     s = signal.s
     phi = grounded(modes.shapes)
     ps, pb = phi[sensors].T, phi[inputs].T
+    ps, pb = (ps, pb) if aside is None else (ps + aside[0], pb + aside[1])
     lam = np.maximum(modes.eigenvalues, 0.0)
     slow, stiff = loss.viscous(lam), loss.stiffness(lam)
     low = 0 if C is None else len(C)

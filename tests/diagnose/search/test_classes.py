@@ -45,16 +45,16 @@ def quiet(text: str) -> None:
     """No progress."""
 
 
-def bridge(soft: bool, lump: float = 0.0, each: float = 0.0):
-    """A beam that is held rigidly at both ends and in the middle; ``soft``: on springs there, with
-    a sensor of mass ``each`` at every node."""
+def bridge(soft: bool, lump: float = 0.0, each: float = 0.0, middle: float = 1.0):
+    """A beam that is held rigidly at both ends and in the middle; ``soft``: on springs there, the
+    ``middle`` one so many times as stiff, with a sensor of mass ``each`` at every node."""
     m = lines("beam2d", AT, chain(8), ["y", "rz"], BAR, STEEL)
     for b in m["elements"]:
         for r in b["rows"]:
             r["group"] = "bar"
     if soft:
         springs = [
-            {"id": 100 + 10 * i + j, "nodes": [n], "dof": dof, "k": k}
+            {"id": 100 + 10 * i + j, "nodes": [n], "dof": dof, "k": k * (middle if n == 5 else 1.0)}
             for i, n in enumerate(FEET)
             for j, (dof, k) in enumerate((("y", KZ), ("rz", KR)))
         ]
@@ -69,10 +69,16 @@ def bridge(soft: bool, lump: float = 0.0, each: float = 0.0):
     return m
 
 
-def problem(folder, lump: float = 0.0, each: float = 0.0, quantity: str = "displacement"):
+def problem(
+    folder,
+    lump: float = 0.0,
+    each: float = 0.0,
+    quantity: str = "displacement",
+    middle: float = 1.0,
+):
     """The rigid one, with six modes of the soft one."""
     real = folder / "real.toml"
-    real.write_text(f"model = {toml(bridge(True, lump, each))}\n", encoding="utf-8")
+    real.write_text(f"model = {toml(bridge(True, lump, each, middle))}\n", encoding="utf-8")
     model = build_model(replace(load_problem(real), update=None))
     modes, rng = model_modes(model, 6), np.random.default_rng(2)
     channels = [f"n{n}.y" for n in range(1, 10)]
