@@ -9,6 +9,7 @@ from functools import cached_property
 from typing import Any, Protocol
 
 import numpy as np
+import scipy.linalg
 
 from cvxupdate.convex import Bounds, SolverChoice, StepProblem, Tikhonov
 from cvxupdate.diagnose.settings import (
@@ -234,7 +235,11 @@ def inverted(H: Real) -> Real:
     along what nothing tells it is large and finite."""
     size = np.sqrt(np.diag(H))
     d = 1.0 / np.where(size > 0.0, size, 1.0)
-    values, V = np.linalg.eigh(d[:, None] * H * d)
+    scaled = d[:, None] * H * d
+    try:
+        values, V = np.linalg.eigh(scaled)
+    except np.linalg.LinAlgError:  # divide and conquer may not converge, however sound a matrix is
+        values, V = scipy.linalg.eigh(scaled, driver="ev")
     least = np.finfo(float).eps * len(H) * max(float(values.max(initial=0.0)), 1.0)
     V = d[:, None] * V
     return np.asarray((V / np.maximum(values, least)) @ V.T)
