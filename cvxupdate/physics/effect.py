@@ -34,8 +34,8 @@ class EffectType(ABC):
     energy; ``unlimited``: beyond some size more of it changes nothing; ``total``: its bound is all
     there is of it; ``rig``: hardly a test is without it (only so, where not ``sought``); ``mount``:
     a structure stands on it or hangs from it; ``theory``: programs have or leave it out;
-    ``told_by`` which recordings tell it (motion: those
-    whose level counts); ``writers`` how what it adds is written, by the kind of element.
+    ``told_by`` which recordings tell it (motion: those whose level counts); ``writers`` how what
+    it adds is written, by the kind of element.
     """
 
     name: ClassVar[str]

@@ -6,6 +6,7 @@ from typing import Literal
 
 import numpy as np
 
+from cvxupdate.diagnose.nominal.scatter import scatter_of
 from cvxupdate.diagnose.nominal.theory import (
     ASIDE,
     BODY,
@@ -16,7 +17,7 @@ from cvxupdate.diagnose.nominal.theory import (
     ROTARY,
     SHEAR,
 )
-from cvxupdate.diagnose.settings import CREDIBLE, WRITTEN
+from cvxupdate.diagnose.settings import WRITTEN
 from cvxupdate.diagnose.types import Real
 from cvxupdate.fe.analysis.solid import LAG, TURNING
 from cvxupdate.fe.model import Model
@@ -38,7 +39,7 @@ def sayable(model: Model, p: Real) -> tuple[Model, Real, list[str]]:
     for j, q in enumerate(model.parameters):
         size = float(values[j])
         if q.group == ASIDE:  # it changes no matrix
-            aside |= abs(size) > q.upper / CREDIBLE
+            aside |= abs(size) > scatter_of(q)
             continue
         if q.group != GROUP or q.of in (POINT, BODY) or (q.of == SHEAR and size >= WRITTEN):
             own.append(j)

@@ -79,7 +79,7 @@ def _wanted(what: str, label: str, other: str) -> Parameter:
     most = CREDIBLE * _usual(other)
     unit = "m" if _turns(other) else "1"
     name = f"{what} {label}{BY}{other}"
-    return Parameter(name, ASIDE, (), -most, most, 0.0, 1.0, unit, group=ASIDE)
+    return Parameter(name, what, (), -most, most, 0.0, 1.0, unit, group=ASIDE)
 
 
 @dataclass(frozen=True)
@@ -91,13 +91,16 @@ class Known:
     dof: int
 
 
-def _known(model: Model, what: str, labels: Sequence[str]) -> list[Known]:
-    out = []
+def _known(model: Model, signal: Driven) -> tuple[list[Known], list[Known]]:
+    """Those of its sensors, and of its drives."""
+    labels: dict[str, Sequence[str]] = {SENSOR: signal.sensors, FORCE: signal.inputs}
+    out: dict[str, list[Known]] = {SENSOR: [], FORCE: []}
     for j, q in enumerate(model.parameters):
-        if q.group == ASIDE and q.name.startswith(what):
-            label, other = q.name.removeprefix(f"{what} ").split(BY)
-            out += [Known(j, k, model.place[other]) for k, x in enumerate(labels) if x == label]
-    return out
+        if q.group == ASIDE:
+            label, other = q.name.removeprefix(f"{q.of} ").split(BY)
+            here = (k for k, x in enumerate(labels[q.of]) if x == label)
+            out[q.of] += [Known(j, k, model.place[other]) for k in here]
+    return out[SENSOR], out[FORCE]
 
 
 def shapes_aside(
@@ -105,36 +108,32 @@ def shapes_aside(
 ) -> tuple[Real, Real] | None:
     """What is added to the modes' shapes at sensors (modes, sensors and so many ``more`` places)
     and at drives (modes, drives); None where nothing is."""
-    both = [_known(model, w, x) for w, x in ((SENSOR, signal.sensors), (FORCE, signal.inputs))]
+    both, count = _known(model, signal), modes.shapes.shape[1]
     if not any(p[k.parameter] for known in both for k in known):
         return None
-    count, (at, by) = modes.shapes.shape[1], both
     out = np.zeros((count, len(signal.sensors) + more)), np.zeros((count, len(signal.inputs)))
-    for shapes, known in zip(out, (at, by), strict=True):
+    for shapes, known in zip(out, both, strict=True):
         for k in known:
             shapes[:, k.number] += p[k.parameter] * modes.shapes[k.dof]
     return out
 
 
 def with_rates(model: Model, modes: Modes, r: Response, columns: Complex) -> Complex:
-    """Derivatives (points, sensors, cases, parameters) of a response, with those by these
-    parameters: what a unit of force, or a moment, along the other axis does, and how much a sensor
-    along it would read."""
-    at, by = (
-        _known(model, w, x) for w, x in ((SENSOR, r.signal.sensors), (FORCE, r.signal.inputs))
-    )
+    """Derivatives (points, sensors, cases, parameters) of a response, those by these parameters,
+    which no matrix has, filled in: what a unit of force, or a moment, along the other axis does,
+    and how much a sensor along it would read."""
+    at, by = _known(model, r.signal)
     if not (at or by):
         return columns
-    out = columns.copy()
     dofs = np.array(sorted({k.dof for k in (*at, *by)}), dtype=np.int64)
     found = receptances(r, modes, dofs)
     left, right = (x * r.drive[:, None] for x in (found.left, found.right))
     for k in at:
-        out[:, k.number, :, k.parameter] = right[int(np.searchsorted(dofs, k.dof))]
+        columns[:, k.number, :, k.parameter] = right[int(np.searchsorted(dofs, k.dof))]
     for k in by:
         unit = left[int(np.searchsorted(dofs, k.dof))]
-        out[..., k.parameter] = _by_cases(r.signal, k.number, unit)
-    return out
+        columns[..., k.parameter] = _by_cases(r.signal, k.number, unit)
+    return columns
 
 
 def _by_cases(signal: Driven, number: int, unit: Complex) -> Complex:

@@ -117,7 +117,7 @@ def grown_from(
     found = [h for h in met(evidence, progress).sets if len(h.effects) > 1] if left else []
     if any(within_chance(h) for h in found):
         return Grown(merged(found, alone), True, freed=True)
-    if found and far and follows(evidence, found[0]) and _far_ahead(found[0], coarse):
+    if found and far and follows(evidence, found[0]) and far_ahead(found[0], coarse):
         return Grown(merged(further(evidence, found, progress), found, alone), True)
     near_by = any(follows(evidence, h) for h in (*alone, *coarse[:1]))
     first = grown_near(evidence, progress) if far and (near_by or modes_far_off(evidence)) else []
@@ -168,7 +168,7 @@ def within_chance(h: Hypothesis) -> bool:
     return h.fit.misfit * figures <= chi_square_above(1.0 - CHANCE, figures)
 
 
-def _far_ahead(h: Hypothesis, coarse: Sequence[Hypothesis]) -> bool:
+def far_ahead(h: Hypothesis, coarse: Sequence[Hypothesis]) -> bool:
     """Whether a set leaves a tenth of what any single effect does."""
     return all(HOPELESS * h.penalised <= c.penalised for c in coarse[:1])
 

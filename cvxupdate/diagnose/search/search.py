@@ -16,7 +16,7 @@ from cvxupdate.diagnose.search.coarse import coarsely
 from cvxupdate.diagnose.search.driven import settled, shaken
 from cvxupdate.diagnose.search.entries import first_pass, screened
 from cvxupdate.diagnose.search.exchange import crowded, exchanged, likeliest
-from cvxupdate.diagnose.search.grown import NOTHING, Grown, Seen, grown_from
+from cvxupdate.diagnose.search.grown import NOTHING, Grown, Seen, far_ahead, grown_from
 from cvxupdate.diagnose.search.held import held
 from cvxupdate.diagnose.search.neighbours import at_last, neighbours
 from cvxupdate.diagnose.search.race import merged, raced
@@ -34,7 +34,6 @@ from cvxupdate.diagnose.settings import (
     FINE,
     FINE_SEVERAL,
     HALVED,
-    HOPELESS,
     LEAST_CHANGE,
     OPEN,
     PARENTS,
@@ -134,7 +133,7 @@ class Smooth:
             return False
         best = self.grown.sets[0]
         near = best.fit.misfit <= OPEN * EXPLAINED
-        return near or all(HOPELESS * best.penalised <= h.penalised for h in self.coarse[:1])
+        return near or far_ahead(best, self.coarse)
 
 
 def _sharpened(

@@ -78,5 +78,4 @@ def _one_of(effect: Effect, several: Effect) -> bool:
     here, there = effect.place, several.place
     inside = set(here.nodes) <= set(there.nodes) and set(here.elements) <= set(there.elements)
     fewer = len(here.nodes) + len(here.elements) < len(there.nodes) + len(there.elements)
-    one = len(here.nodes) == 1 and effect.type.name == several.type.name
-    return inside and fewer and one and here.dof == there.dof
+    return inside and fewer and len(here.nodes) == 1 and here.dof == there.dof
