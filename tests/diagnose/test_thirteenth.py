@@ -16,7 +16,8 @@ def test_a_damper_on_a_rail_whose_stands_differ() -> None:
     """Stands of 4, 6 and 5 MN/m; "element 1 is 51 % softer" and three more that are not (0.93 to
     0.99)."""
     found = {f.physics: f for f in diagnose(CASES / "c19_rail" / "problem.toml").findings}
-    assert set(found) == {"grounding_spring", "viscous_damper"}
+    assert {"grounding_spring", "viscous_damper"} <= set(found)
+    assert set(found) <= {"grounding_spring", "viscous_damper", "sensor_mass"}, "of 30 g each"
     damper, stands = found["viscous_damper"], found["grounding_spring"]
     assert damper.place.nodes == (6,) and damper.parameters["c"] == pytest.approx(130.0, rel=0.15)
     assert stands.place.nodes == (1, 10, 17)

@@ -24,13 +24,13 @@ from cvxupdate.diagnose.judge.confidence import Standing, certainty_of_groups, s
 from cvxupdate.diagnose.judge.graded import Graded, graded
 from cvxupdate.diagnose.judge.groups import group_findings, loose_groups
 from cvxupdate.diagnose.judge.jumble import jumbled
+from cvxupdate.diagnose.judge.larger import needed
 from cvxupdate.diagnose.judge.median import in_common, likelier_part, median
 from cvxupdate.diagnose.judge.middle import in_the_middle
 from cvxupdate.diagnose.judge.parts import in_time, parts_of
 from cvxupdate.diagnose.judge.posterior import log_odds, rivals
 from cvxupdate.diagnose.judge.sounder import sounder
 from cvxupdate.diagnose.judge.soundness import said_plainly, sound
-from cvxupdate.diagnose.nominal.wanted import by_tables_alone, sought
 from cvxupdate.diagnose.results import Finding
 from cvxupdate.diagnose.search.race import refitted
 from cvxupdate.diagnose.search.search import Found, by_count, damping_only
@@ -172,7 +172,7 @@ def _decided(evidence: Evidence, found: Found, base: Hypothesis) -> Judgement:
     final = single
     for count in sorted({len(w.hypothesis.effects) for w in clean}):
         more = _likeliest([w for w in clean if len(w.hypothesis.effects) == count], case)
-        if more is not None and _open(final, more, case) and needs_several(more, final, case):
+        if more is not None and needed(more, final, case):
             final = more
     bare = Judgement(case, singles, several, single)
     bare_of_all = final is None and not case.damping_only  # explained, yet it may be a group's
@@ -194,24 +194,6 @@ def _decided(evidence: Evidence, found: Found, base: Hypothesis) -> Judgement:
     if credible(final, case):
         findings = _findings(case, final, field, standings)
     return Judgement(case, singles, several, single, final, field, findings, standings)
-
-
-def _open(final: Weighed | None, more: Weighed, case: Case) -> bool:
-    """Whether what is accepted leaves something to a larger set: more than noise and tolerance; or
-    tables of modes without a reference are strong evidence for the larger one: in the tolerance of
-    any model one that was fitted hides what is still missing, as the rest of a rig. Where more is
-    sought in it than one thing, or than before, each pays for its places, and the smaller one must
-    leave more than noise."""
-    if final is None or not case.evidence.clear(final.fit):
-        return True
-    if not by_tables_alone(case.evidence):
-        return False
-    many, before = (sought(case.evidence, w.hypothesis) for w in (more, final))
-    further = max(0, many - max(1, before))
-    least = STRONG / 2.0 + further * float(np.log(case.places))
-    return log_odds(more, case) > log_odds(final, case) + least and not (
-        further and final.fit.spent
-    )
 
 
 def _foretelling(every: Sequence[Weighed], final: Weighed, case: Case) -> list[Weighed]:

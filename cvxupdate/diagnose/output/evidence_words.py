@@ -118,7 +118,7 @@ def _finding_lines(judgement: Judgement, final: Weighed) -> list[str]:
     out += _remains(judgement, final)
     out += _beyond_noise(evidence, final)
     fit = final.fit
-    out += strained_lines(evidence.model.parameters, fit.p, fit.setting.scales)
+    out += strained_lines(evidence.model.parameters, fit.p)
     told = {(f.physics, f.place) for f in judgement.findings}
     out += [
         f"{capital(e.title)} is needed for the last of it, but others elsewhere would do as well: "

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from cvxupdate.diagnose.nominal.scatter import scatter_of
 from cvxupdate.diagnose.nominal.theory import GROUP
 from cvxupdate.diagnose.settings import STRAINED
 from cvxupdate.fe.parameters import Parameter
@@ -14,13 +15,16 @@ from cvxupdate.fe.terms import Real
 SAYS = {"stiffness": ("stiffer", "softer"), "mass": ("heavier", "lighter")}
 
 
-def strained_lines(parameters: Sequence[Parameter], values: Real, scales: Real) -> list[str]:
+def strained_lines(parameters: Sequence[Parameter], values: Real) -> list[str]:
     """One line for each group whose nuisance parameter is `STRAINED` deviations or more from the
-    drawing: ``parameters`` (n) of the model as it came; ``values`` and prior deviations ``scales``
-    of all unknowns of a fit, of which theirs are the first n."""
+    drawing: ``parameters`` (n) of the model as it came; ``values`` of all unknowns of a fit, of
+    which theirs are the first n."""
     out = []
-    for q, value, scale in zip(parameters, values, scales, strict=False):
-        if q.group in (None, GROUP) or q.of not in SAYS or abs(value) < STRAINED * scale:
+    for q, value in zip(parameters, values, strict=False):
+        if q.group in (None, GROUP) or q.of not in SAYS:
+            continue
+        scale = scatter_of(q)
+        if abs(value) < STRAINED * scale:
             continue
         word = SAYS[q.of][int(np.sign(value) < 0)]
         out.append(

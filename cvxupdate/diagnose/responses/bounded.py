@@ -10,7 +10,7 @@ weighted squares judge.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -153,7 +153,7 @@ class Yielding:
     def of(cls, point: ResponsePoint) -> Yielding:
         """At a point."""
         bounded = BoundedPoint(point)
-        scales = point.setting.scales
+        scales = replace(point.setting, loose=True).scales
         A = np.vstack([bounded.gap.rates(point.jacobian()), np.diag(1.0 / scales)])
         return cls(bounded.gap, np.linalg.qr(A)[0], point.p / scales)
 
@@ -192,9 +192,9 @@ def approached(setting: ResponseSetting, start: Real, options: Options) -> tuple
         When the model is no structure at ``start``.
     """
     setting, start = counted(setting, start)
-    bounded = Bounded(setting)
-    found = stepped(bounded, setting, start, options)
+    bounded, loose = Bounded(setting), replace(setting, loose=True)
+    found = stepped(bounded, loose, start, options)
     usual = unstrayed(setting, found.p)
     if usual is not None and bounded.evaluate(usual, found).gap.total < found.gap.total:
-        found = stepped(bounded, setting, usual, options)
+        found = stepped(bounded, loose, usual, options)
     return taken(setting, found.point), found.gap.mean

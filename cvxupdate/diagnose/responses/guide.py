@@ -86,6 +86,11 @@ class Guide:
         found = together(self.evidence, parent, _widest(rig) if fixed else rig)
         return None if found is parent else found
 
+    def shaker(self, parent: Hypothesis) -> Effect | None:
+        """What a shaker may bring where it drives a parent; None where nothing does, or the parent
+        has that."""
+        return next((e for e in self._rig(parent) if parts_of(e)), None)
+
     def alike(self, parent: Hypothesis) -> Hypothesis | None:
         """A parent with a rig of which one number says all joints, and one how all feet turn, as
         yet of no size, and without a shaker: the fewest things that a rig may be. None where

@@ -12,19 +12,12 @@ import scipy.sparse as sp
 from scipy.optimize import linear_sum_assignment
 
 from cvxupdate.diagnose.nominal.mesh import NONE, MeshError
-from cvxupdate.diagnose.nominal.scatter import prior_scales
-from cvxupdate.diagnose.nominal.theory import ASIDE
+from cvxupdate.diagnose.nominal.theory import ASIDE, GROUP
 from cvxupdate.diagnose.responses.aside import with_rates
 from cvxupdate.diagnose.responses.losses import Losses, own_strain, ratios_of
 from cvxupdate.diagnose.responses.moving import NOTHING, Carried, driven, rates_at
+from cvxupdate.diagnose.responses.priors import priors
 from cvxupdate.diagnose.responses.signals import Complex, Real, Signal, independent
-from cvxupdate.diagnose.settings import (
-    COMMON_DAMPING_STD,
-    FREE,
-    KIND_STD,
-    MODE_DAMPING_STD,
-    TUNED_STD,
-)
 from cvxupdate.errors import ModelError
 from cvxupdate.fe.block import Index
 from cvxupdate.fe.model import DerivativeBlock, Model
@@ -71,6 +64,7 @@ class ResponseSetting:
     tuned: bool = False
     mixed: bool = False
     carried: Carried = NOTHING
+    loose: bool = False
 
     @property
     def damped(self) -> int:
@@ -91,15 +85,10 @@ class ResponseSetting:
 
     @property
     def scales(self) -> Real:
-        """Prior standard deviations of the unknowns; effects and faults are free. What a member of
-        a class has of its own, and a drive beside its place, counts as beside independent rows."""
-        own = [COMMON_DAMPING_STD, *([KIND_STD] if self.mixed else [])]
-        own += [MODE_DAMPING_STD] * self.damped + [TUNED_STD] * (self.damped if self.tuned else 0)
-        figures, rows = independent(self.signals, self.damped)
-        models = np.array(prior_scales(self.model))
-        beside = [q.group in (OWN, ASIDE) for q in self.model.parameters]
-        models[beside] *= np.sqrt(figures / max(1, rows))
-        return np.array([*models, *own, *[FREE] * len(self.faults)])
+        """Prior standard deviations of the unknowns; effects and faults are free. What is known of
+        a model counts as beside independent rows, if it is not let go."""
+        own = (ASIDE, OWN) if self.loose else (ASIDE, GROUP, OWN)
+        return priors(self, own, not self.loose)
 
     @property
     def reach(self) -> Real:

@@ -120,6 +120,7 @@ def followed(setting: ResponseSetting, start: Real, effort: str) -> Fit:
     they end, from the usual damping where that is nearer already, and `to_the_end`."""
     setting, start = counted(setting, start)
     setting = recentred(setting, start, FAR)
+    start = _from_afar(setting, start) if effort == "sharp" else start
     found = fitted(setting, start, EFFORTS[effort])
     again = setting if effort != "sharp" else recentred(setting, found.p, NEARBY)
     if again is not setting:
@@ -128,6 +129,14 @@ def followed(setting: ResponseSetting, start: Real, effort: str) -> Fit:
     if usual is not None and fitted_at(again, usual, found.point).cost < found.cost:
         found = fitted(again, usual, EFFORTS[effort])
     return to_the_end(again, found) if effort == "sharp" else found
+
+
+def _from_afar(setting: ResponseSetting, start: Real) -> Real:
+    """Where a sharp fit begins: far off, where one ends whose groups scatter freely, for what is
+    known of them holds resonances where they are."""
+    if fitted_at(setting, start).misfit <= HOPELESS * EXPLAINED:
+        return start
+    return fitted(replace(setting, loose=True), start, EFFORTS["coarse"]).p
 
 
 def to_the_end(setting: ResponseSetting, found: Fit) -> Fit:

@@ -7,6 +7,7 @@ from typing import Any, Protocol
 from cvxupdate.diagnose.fit import Fit
 from cvxupdate.diagnose.hypothesis import Hypothesis
 from cvxupdate.diagnose.types import Seed
+from cvxupdate.physics.effect import Effect
 
 
 class Approach(Protocol):
@@ -33,6 +34,10 @@ class Approach(Protocol):
 
     def beside(self, parent: Hypothesis, count: int) -> list[Seed]:
         """The ``count`` effects that bring a fitted parent nearest, as it is."""
+
+    def shaker(self, parent: Hypothesis) -> Effect | None:
+        """What a shaker may bring where it drives a parent; None where nothing does, or the parent
+        has that."""
 
     def taken(self, seed: Seed, effort: str) -> tuple[Fit, float]:
         """Fitted by that comparison, and what it leaves (0: nothing)."""

@@ -11,6 +11,7 @@ from cvxupdate.diagnose.nominal.theory import ASIDE
 from cvxupdate.diagnose.search.exchange import as_fitted
 from cvxupdate.diagnose.types import Evidence, Real
 from cvxupdate.physics.effect import Effect, HiddenOscillator
+from cvxupdate.physics.shaker import at_drive, parts_of
 
 
 def carried(evidence: Evidence, told: Hypothesis) -> Hypothesis | None:
@@ -34,12 +35,38 @@ def carried(evidence: Evidence, told: Hypothesis) -> Hypothesis | None:
 
 def _at(evidence: Evidence, told: Hypothesis, nuisance: Real) -> Hypothesis | None:
     h = Hypothesis((), evidence.evaluated(evidence.bases[0].setting, nuisance))
-    for number in range(len(told.effects)):
+    shaker, sizes = _as_shaker(evidence, told, h)
+    for number, effect in enumerate(told.effects):
+        if shaker is not None and _part_of(effect, shaker):
+            continue
         grown = together(evidence, h, *_as_here(evidence, told, number))
         if grown is h:
             return None
         h = grown
-    return h
+    return h if shaker is None else together(evidence, h, [shaker], sizes)
+
+
+def _as_shaker(
+    evidence: Evidence, told: Hypothesis, here: Hypothesis
+) -> tuple[Effect | None, Real]:
+    """The shaker of these recordings, and its sizes, for what was told at the drive: of modes a
+    mass and a spring are all that there is of it."""
+    shaker = None if evidence.approach is None else evidence.approach.shaker(here)
+    if shaker is None:
+        return None, np.zeros(0)
+    named = {
+        e.physics: float(told.sizes(k)[0])
+        for k, e in enumerate(told.effects)
+        if _part_of(e, shaker)
+    }
+    sizes = np.array([named.get(name, 0.0) for name in parts_of(shaker)])
+    return (shaker if named else None), sizes
+
+
+def _part_of(effect: Effect, shaker: Effect) -> bool:
+    """Whether it stands where the shaker acts, and is one of its parts."""
+    own = effect.physics in parts_of(shaker) and effect.place.nodes == shaker.place.nodes
+    return own and at_drive(effect) and effect.place.dof in (None, shaker.place.dof)
 
 
 def _as_here(evidence: Evidence, told: Hypothesis, number: int) -> tuple[list[Effect], Real]:

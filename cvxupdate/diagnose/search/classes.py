@@ -22,10 +22,11 @@ from cvxupdate.diagnose.search.several import room
 from cvxupdate.diagnose.settings import EXPLAINED, HOPELESS, PARTNERS, STAYING
 from cvxupdate.diagnose.types import Evidence, Key, Progress
 from cvxupdate.physics.effect import MODES, Effect
-from cvxupdate.physics.shaker import at_drive
+from cvxupdate.physics.shaker import MOST, at_drive
 
 BEGUN = 0.1  # of the size at which each is as soft as what it holds: fits begin there
-JOINTS, LUMP = "joint_flexibility", "added_mass"
+JOINTS = "joint_flexibility"
+ARMATURE = ("added_mass", "grounding_spring")  # what a shaker brings: its mass and suspension
 
 
 def alike_everywhere(evidence: Evidence, progress: Progress) -> list[Hypothesis]:
@@ -106,14 +107,19 @@ def at_once_beside(evidence: Evidence, parent: Hypothesis) -> list[Hypothesis]:
     evidence is better without. Springs in six directions bend to what is missing besides, those
     with one number hardly do. In modes that were identified there is what stood at the drive."""
     known = evidence.candidates(evidence.model)
-    brought = [e for e in known if e.physics == LUMP and at_drive(e)]
-    brought = brought if evidence.told_by == MODES else []
+    brought = _brought(known) if evidence.told_by == MODES else []
     ways: dict[frozenset[Key], list[Effect]] = {}
     for rig in (widest(known), widest(known, directed=False)):
         own = [e for e in (*rig, *brought) if e.key not in parent.keys]
         for way in (own, [e for e in own if e.physics != JOINTS]):
             ways.setdefault(frozenset(e.key for e in way), way)
     return likelier_with(evidence, parent, [way for way in ways.values() if way])
+
+
+def _brought(known: Sequence[Effect]) -> list[Effect]:
+    """What stands where the force came in: a mass, and of shakers, which are few, a spring."""
+    masses, springs = ([e for e in known if e.physics == n and at_drive(e)] for n in ARMATURE)
+    return [*masses, *(springs if len({e.place.nodes for e in springs}) <= MOST else [])]
 
 
 def likelier_with(

@@ -265,7 +265,8 @@ def _instead(
     """What may stand in place of the likeliest of ``sets``: a pair with one of ``firsts``; others
     for one of its own, but if it is ``known`` that none does."""
     found = [h for h in sets if len(h.effects) > 1]
-    several = pairs(evidence, firsts, FEW_PARENTS, progress) if firsts else []
+    far = likeliest(found)
+    several = pairs(evidence, firsts, FEW_PARENTS, progress, far) if firsts else []
     found = merged(found, several)
     best = likeliest(found)
     return several if best is known else exchanged(evidence, found, progress)

@@ -17,9 +17,11 @@ from cvxupdate.diagnose.search.race import entered, raced
 from cvxupdate.diagnose.settings import (
     ALONE,
     CLOSE,
+    EXPLAINED,
     FINE,
     FINE_SEVERAL,
     HALVED,
+    HOPELESS,
     MOVES,
     PARTNERS,
     PENALTY,
@@ -97,11 +99,16 @@ def _close(singles: Sequence[Hypothesis]) -> list[Hypothesis]:
 
 
 def pairs(
-    evidence: Evidence, singles: Sequence[Hypothesis], parents: int, progress: Progress
+    evidence: Evidence,
+    singles: Sequence[Hypothesis],
+    parents: int,
+    progress: Progress,
+    instead: Hypothesis | None = None,
 ) -> list[Hypothesis]:
     """The best pairs of effects, sharpened, best first; ``singles`` are fitted, best first, of
     which ``parents`` are firsts. One that leaves nothing is as it is: others that do as well are
-    found by the exchange at its fit (`cvxupdate.diagnose.search.exchange`). Tables of modes are
+    found by the exchange at its fit (`cvxupdate.diagnose.search.exchange`); nor are they where all
+    are left far behind a set ``instead`` of which they may stand. Tables of modes are
     also sought beside what a rig may do, whatever came first: hardly a test is without, and by
     itself it explains little."""
     pool, near = Pool(evidence, progress), _close(singles)[:parents]
@@ -114,7 +121,7 @@ def pairs(
         progress(f"seeking beside {parent.name}")
         pool.refit(beside(evidence, parent))
     exchanged: set[frozenset[Key]] = set()
-    for _ in range(ROUNDS):
+    for _ in range(0 if _left_behind(evidence, pool.best, instead) else ROUNDS):
         if pool.clear and evidence.told_by != MOTION:  # there nothing is exchanged
             break
         if evidence.hurried:
@@ -127,6 +134,14 @@ def pairs(
         progress(f"seeking beside {rest.name} again")
         pool.refit(beside(evidence, rest, alternatives_to(evidence, whole)))
     return raced(evidence, list(pool.found.values()), FINE_SEVERAL, progress)
+
+
+def _left_behind(evidence: Evidence, best: Hypothesis | None, instead: Hypothesis | None) -> bool:
+    """Whether the best pair leaves ten times what another set does as it is, at the same level."""
+    if best is None or instead is None:
+        return False
+    there = at_level(evidence, instead, SEVERAL_LEVEL)
+    return best.penalised > HOPELESS * max(there.penalised, EXPLAINED)
 
 
 def _of_rigs(

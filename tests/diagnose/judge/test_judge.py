@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cvxupdate.diagnose.judge.judge import _a_rig_instead, _open, judge
+from cvxupdate.diagnose.judge.judge import _a_rig_instead, judge
+from cvxupdate.diagnose.judge.larger import _open
 from cvxupdate.diagnose.judge.parts import parts_of
 from cvxupdate.diagnose.search.search import Found
 from cvxupdate.diagnose.settings import CLEAR, MOST_SURE, STATED
@@ -236,8 +237,17 @@ def test_no_effect_is_had_for_leading_out_of_a_wrong_valley() -> None:
     assert len(judged(evidence, [lost], [pair]).findings) == 2
 
 
-@pytest.mark.parametrize(("misfit", "effects"), [(4.9, 3), (5.1, 2)])
+@pytest.mark.parametrize(
+    ("misfit", "effects"),
+    [
+        pytest.param(4.9, 3, id="it halves"),
+        pytest.param(5.1, 3, id="strongly likelier"),
+        pytest.param(7.0, 2, id="neither"),
+    ],
+)
 def test_a_third_effect_must_halve_what_two_leave(misfit: float, effects: int) -> None:
+    """Or the responses are strong evidence for it: a rig and a lump on a portal took away three
+    quarters of what a sound model may leave beside the rig alone (the laboratory's 4888)."""
     channels = ("n1.x", "n2.x", "n3.x")
     left = replace(GOOD, misfit=30.0, errors=Errors(0.1, 0.1))
     sets = [(c,) for c in channels] + [(c, d) for c in channels for d in channels if c < d]

@@ -29,6 +29,8 @@ from cvxupdate.diagnose.search.rigs import a_rig_alone
 from cvxupdate.diagnose.search.search import Found
 from cvxupdate.fe.build import build_model
 from cvxupdate.fe.modes import model_modes
+from cvxupdate.physics.place import Place, drive_point
+from cvxupdate.physics.shaker import at_drive
 from cvxupdate.spec import load_problem
 from cvxupdate.study import open_problem
 from tests.cases.elements import STEEL, chain, lines, toml
@@ -248,3 +250,32 @@ def test_feet_that_give_way_alike_are_told_by_one_number(tmp_path) -> None:
     here = carried(responses, found[0])
     assert springs(responses.approach.rigged(here, held=True)) == [None]
     assert len(springs(responses.approach.rigged(here))) > 1
+
+
+def test_a_shaker_has_a_spring_by_modes_and_is_one_thing_on_the_responses(tmp_path) -> None:
+    """Of a cantilever whose first mode a shaker's suspension stiffens (the rigs' 4890) no set came
+    near: its modes had the armature's mass alone."""
+    generate.make(4890, tmp_path)
+    responses = gathered(*open_problem(tmp_path / "problem.toml"), quiet)
+    modes = responses.by_modes(FEW)
+    tried = {e.key: e for h in at_once(modes, quiet, False) for e in h.effects if at_drive(e)}
+    assert {e.physics for e in tried.values()} == {*classes.ARMATURE}
+    bare = Hypothesis((), modes.bases[-1])
+    told = together(modes, bare, classes._brought(modes.candidates(modes.model)), 0.5)
+    sizes = {name: v for own in told.values for name, v in own.items()}
+    here = carried(responses, told)
+    (shaker,) = here.effects
+    assert shaker.physics == "flexible_support" and here.values[0] == pytest.approx(sizes)
+    rest = together(modes, bare, [e for e in widest(modes.candidates(modes.model))][:1], 0.1)
+    assert rest.effects and not any(map(at_drive, carried(responses, rest).effects))
+
+
+def test_of_a_hammer_that_goes_about_modes_have_no_spring() -> None:
+    def at(node: int, physics: str):
+        place = Place(nodes=(node,), dof="z")
+        return replace(effect(physics, nodes=(node,)), spot=drive_point(place, (f"n{node}.z",)))
+
+    few = [at(n, p) for n in (1, 2) for p in classes.ARMATURE]
+    assert {e.physics for e in classes._brought(few)} == {*classes.ARMATURE}
+    many = [at(n, p) for n in (1, 2, 3) for p in classes.ARMATURE]
+    assert {e.physics for e in classes._brought(many)} == {"added_mass"}

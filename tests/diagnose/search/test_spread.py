@@ -67,7 +67,8 @@ def test_a_body_has_its_mass_and_its_second_moment(tmp_path) -> None:
     found = diagnose_problem(spec, model, list(measured(fine)))
     (finding,) = found.findings
     assert finding.physics == "added_mass" and finding.place.nodes == (NODE,)
-    assert finding.parameters["m"] == pytest.approx(MASS, rel=0.03)
+    # the beam's mass takes up a hundredth of its size, within its own scatter
+    assert finding.parameters["m"] == pytest.approx(MASS, rel=0.04)
     radius = np.sqrt(finding.parameters["J"] / finding.parameters["m"])
     assert radius == pytest.approx(np.sqrt(second / MASS), rel=0.2)  # to second order in its size
     assert "spread over its surroundings (radius of gyration" in finding.says
