@@ -216,8 +216,8 @@ class Fit:
     def _spread(self) -> tuple[Real, Real]:
         """From H = AᵀA + S⁻² with weighted derivatives A and prior deviations S: H⁻¹ Aᵀ N A H⁻¹
         with the part N that noise has in each row; and the same with the model's discrepancy in the
-        rest, as large as this fit shows it and alike over as many rows as say the same, but no less
-        than H⁻¹ grown with the misfit."""
+        rest, as large as this fit shows it and alike over as many rows as say the same, and with
+        what priors may be off that count as often, but no less than H⁻¹ grown with the misfit."""
         A, inverse = self._linearised()
         left = self.cost / max(1, len(A) - A.shape[1])
         heard, noise = inverse @ A.T, self.setting.noise_parts(self.point)
@@ -225,7 +225,8 @@ class Fit:
         heeded = float(np.mean(noise)) if self.rows else 0.0
         level = max(0.0, left - heeded) / max(SMALL, 1.0 - heeded)
         alike = max(1.0, self.rows / max(1.0, self.independent))
-        wide = np.maximum(np.diag(inverse) * max(1.0, left), narrow + rest * level * alike)
+        known = inverse**2 @ self.setting.scales**-2.0 * (heeded + (1.0 - heeded) * alike)
+        wide = np.maximum(np.diag(inverse) * max(1.0, left), narrow + rest * level * alike + known)
         together, alone = (np.sqrt(np.maximum(v, 0.0)) for v in (wide, narrow))
         return together, alone
 

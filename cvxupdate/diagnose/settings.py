@@ -98,7 +98,7 @@ RESPONSE_DISCREPANCY = 0.01
 FREQUENCY_DISCREPANCY, SHAPE_DISCREPANCY = 0.003, 0.02
 # m, rad: how far sensors and forces are beside their nodes, half of a small accelerometer's width,
 # and off their directions; how many such errors of sensors are fitted along, at most.
-BESIDE, TILTED, MOST_ASIDE = 0.005, 0.035, 24
+BESIDE, TILTED, MOST_ASIDE = 0.005, 0.035, 60
 # Beside a reference state, what both have in common being taken out: relative change of a
 # frequency from day to day (ten kelvin), of a shape's entry by mounting sensors again; the part of
 # what the model misses, and of what changed, that may differ between the states; of the groups'

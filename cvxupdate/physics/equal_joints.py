@@ -52,8 +52,8 @@ class EqualJoints(EffectType):
     writers = (("compliance", write),)
 
     def candidates(self, context: SearchContext) -> list[Effect]:
-        """One for every two groups that meet at several nodes, one for all joints, and one for
-        every end of a member at a joint."""
+        """One for every two groups that meet at several nodes, one for the ends of each group that
+        meets others, one for all joints, and one for every end of a member at a joint."""
         return [self._one(context.model, *kind) for kind in _kinds(context.model)]
 
     def at(self, place: Place, context: SearchContext) -> list[Effect]:
@@ -116,7 +116,8 @@ def _kinds(model: Model) -> list[Kind]:
     called."""
     found: dict[frozenset[tuple[int, int]], Kind] = {}
     kinds = [(met, groups, "joints") for met, groups in classes(model)]
-    for met, groups, what in (*kinds, (every_end(model), (), "ends of members at joints")):
+    ends = [(met, (), f"ends of group '{g}' at joints") for g, met in ends_of_groups(model)]
+    for met, groups, what in (*kinds, *ends, (every_end(model), (), "ends of members at joints")):
         if 1 < len(met) <= MOST:
             key = frozenset((m.element, m.node) for m in met)
             found.setdefault(key, (met, groups, what))
@@ -129,6 +130,25 @@ def every_end(model: Model) -> list[Met]:
     there the springs of both ends are one."""
     joints = [met for met in _meetings(model) if _ending(met)]
     return [m for met in joints for m in met] if any(len(met) > 2 for met in joints) else []
+
+
+def ends_of_groups(model: Model) -> list[tuple[str, list[Met]]]:
+    """Of every group that meets others, several of its own at a corner, the ends that end there:
+    two rails may be bolted to each leg. Where one meets one, either side is the same joint."""
+    out: dict[str, list[list[Met]]] = {}
+    for met in _meetings(model):
+        if len({m.group for m in met}) > 1:
+            for group in dict.fromkeys(m.group for m in _stopping(met) if m.group):
+                out.setdefault(group, []).append([m for m in _stopping(met) if m.group == group])
+    return [
+        (g, [m for ends in at for m in ends])
+        for g, at in out.items()
+        if max(len(ends) for ends in at) > 1
+    ]
+
+
+def _stopping(met: Sequence[Met]) -> list[Met]:
+    return [m for m in met if not _passes(m, met)]
 
 
 def _meetings(model: Model) -> list[list[Met]]:
@@ -161,7 +181,7 @@ def _passes(m: Met, others: Sequence[Met]) -> bool:
 def _ending(met: Sequence[Met]) -> list[Met]:
     """The ends that turn against the rest at a node: those that end there, where all do all but the
     last one; where lines cross, the ends that are not on the line of the first one."""
-    ending = [m for m in met if not _passes(m, met)]
+    ending = _stopping(met)
     if len(ending) == len(met):
         return ending[:-1]
     if ending or len(met) == 2:

@@ -12,7 +12,7 @@ from cvxupdate.study import diagnose
 ELEVENTH = Path(__file__).resolve().parents[2] / "problems" / "strange" / "eleventh"
 
 
-@pytest.mark.slow
+@pytest.mark.proof
 def test_a_joint_of_a_table_on_feet_that_give_in_every_direction() -> None:
     """The time was over before the reference was met."""
     (first,) = diagnose(ELEVENTH / "a02_table_frame_joint" / "problem.toml").findings

@@ -11,7 +11,7 @@ from cvxupdate.study import diagnose
 CASES = Path(__file__).resolve().parents[2] / "problems" / "strange" / "twelfth"
 
 
-@pytest.mark.slow
+@pytest.mark.proof
 def test_a_joint_on_feet_that_turn() -> None:
     found = {f.physics: f for f in diagnose(CASES / "m03_frame_joint" / "problem.toml").findings}
     joint, feet = found["joint_flexibility"], found["grounding_spring"]

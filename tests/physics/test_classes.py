@@ -35,6 +35,8 @@ from tests.cases.rigs import (
     with_springs,
 )
 
+ROOT = Path(__file__).resolve().parents[2]
+
 
 def context(folder: Path, structure):
     spec = problem(folder, structure)
@@ -80,10 +82,18 @@ def at(effect, k, eigenvalues=eigenvalues):
     return eigenvalues(model, p)
 
 
+def some_of_each(candidates, most=20):
+    """Of every effect type so many, from all over the structure."""
+    kinds = {}
+    for c in candidates:
+        kinds.setdefault(c.physics, []).append(c)
+    return [c for of in kinds.values() for c in of[:: -(-len(of) // most)]]
+
+
 @pytest.mark.parametrize("structure", [frame(), hung_bar()])
 def test_the_candidates_at_a_place_are_found_without_the_others(tmp_path, structure):
     every = context(tmp_path, structure)
-    for same in candidates_of(every):
+    for same in some_of_each(candidates_of(every)):
         there = next(o for o in same.type.at(same.place, every) if o.key == same.key)
         assert (there.name, there.spot) == (same.name, same.spot)
         if there.change is not None:
@@ -136,6 +146,20 @@ def test_one_joint_gives_way_more_than_its_class(tmp_path: Path) -> None:
     text = problem_file(spec, Updated(model, p, zeta=np.zeros(1)), says=["found"]).text
     path.write_text(text, encoding="utf-8")
     np.testing.assert_allclose(held(undamped(build_model(load_problem(path)))), wanted, rtol=1e-6)
+
+
+def test_two_rails_that_end_at_every_leg_are_a_class_by_themselves() -> None:
+    """Rails are bolted to legs that are welded into the corners: neither the legs' ends nor every
+    end (another laboratory's table)."""
+    path = ROOT / "problems" / "strange" / "fifteenth" / "f02_table" / "problem.toml"
+    spec = load_problem(path)
+    found = EqualJoints().candidates(context_of(spec, nuisance(undamped(build_model(spec)))))
+    assert [len(e.place.elements) for e in found] == [4, 8, 12]
+    rails = found[1]
+    assert set(rails.place.elements) == {17, 20, 21, 24, 25, 28, 29, 32}
+    assert rails.says({"k": 160e3}).startswith(
+        "Each of the 8 ends of group 'rails' at joints of the structure turns on a spring"
+    )
 
 
 def test_where_two_meet_the_springs_of_both_ends_are_one(tmp_path: Path) -> None:

@@ -32,8 +32,9 @@ SEEN = 40  # modes, about, of a band
 
 def with_aside(model: Model, drives: Sequence[str], sensors: Sequence[str], top: float) -> Model:
     """The model with a lever and a share along every other axis of its drives, and of those sensors
-    where that changes what they read by more than a sound model may miss, behind its parameters.
-    The model's modes below ``top`` (Hz) say that."""
+    where that changes what they read of one of the drives by more than a sound model may miss,
+    behind its parameters. The model's modes below ``top`` (Hz) say that: a drive across a sensor's
+    axis moves it little along that, and much beside."""
     forces = [(FORCE, x, other) for x in drives for other in _others(model, x)]
     if not forces:
         return model  # nothing moves but along its label
@@ -41,12 +42,16 @@ def with_aside(model: Model, drives: Sequence[str], sensors: Sequence[str], top:
     in_band = modes.frequencies <= top
     in_band[: modes.rigid] = False
     shapes = modes.shapes[:, in_band]
+    driven = shapes[[model.place[x] for x in drives if x in model.place]]
 
-    def moved(label: str) -> float:
-        return float(np.sqrt(np.mean(shapes[model.place[label]] ** 2))) if shapes.size else 0.0
+    def moved(label: str) -> Real:  # by each drive, over all resonances
+        return np.asarray(np.sqrt(np.sum((driven * shapes[model.place[label]]) ** 2, axis=1)))
+
+    def part(x: str, other: str) -> float:
+        return float(np.max(moved(other) / np.maximum(moved(x), 1e-300), initial=0.0))
 
     heard = [
-        (_usual(other) * moved(other) / max(moved(x), 1e-300), (SENSOR, x, other))
+        (_usual(other) * part(x, other), (SENSOR, x, other))
         for x in sensors
         if x in model.place
         for other in _others(model, x)

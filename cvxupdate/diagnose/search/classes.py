@@ -102,16 +102,20 @@ def at_once(evidence: Evidence, progress: Progress, again: bool = True) -> list[
 
 
 def at_once_beside(evidence: Evidence, parent: Hypothesis) -> list[Hypothesis]:
-    """A parent with all that a rig does everywhere, with and without the joints, what acts in
-    several directions in each by itself and in all alike; the likeliest of them freed of what the
-    evidence is better without. Springs in six directions bend to what is missing besides, those
-    with one number hardly do. In modes that were identified there is what stood at the drive."""
+    """A parent with all that a rig does everywhere, with each class of joints and with none, what
+    acts in several directions in each by itself and in all alike; the likeliest of them freed of
+    what the evidence is better without. Springs in six directions bend to what is missing besides,
+    those with one number hardly do; and where ends of one group alone turn, every end would turn
+    instead. In modes that were identified there is what stood at the drive."""
     known = evidence.candidates(evidence.model)
     brought = _brought(known) if evidence.told_by == MODES else []
     ways: dict[frozenset[Key], list[Effect]] = {}
+    joints = [e for e in known if e.physics == JOINTS and e.type.rig]
     for rig in (widest(known), widest(known, directed=False)):
         own = [e for e in (*rig, *brought) if e.key not in parent.keys]
-        for way in (own, [e for e in own if e.physics != JOINTS]):
+        rest = [e for e in own if e.physics != JOINTS]
+        classes = joints if len(rest) < len(own) and evidence.told_by == MODES else []
+        for way in (own, rest, *([*rest, e] for e in classes if e.key not in parent.keys)):
             ways.setdefault(frozenset(e.key for e in way), way)
     return likelier_with(evidence, parent, [way for way in ways.values() if way])
 

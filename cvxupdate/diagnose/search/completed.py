@@ -27,7 +27,8 @@ from cvxupdate.diagnose.search.classes import (
 )
 from cvxupdate.diagnose.search.race import merged
 from cvxupdate.diagnose.search.several import room
-from cvxupdate.diagnose.search.valleys import in_other_valleys, rest_of
+from cvxupdate.diagnose.search.unlike import with_one_unlike
+from cvxupdate.diagnose.search.valleys import in_other_valleys, in_place_of_springs, rest_of
 from cvxupdate.diagnose.settings import EXPLAINED, HALVED, MOVES, STAYING, STRONG
 from cvxupdate.diagnose.types import Evidence, Progress
 from cvxupdate.physics.effect import MODES, Effect
@@ -105,14 +106,17 @@ def beside_fixtures(
 ) -> list[Hypothesis]:
     """One effect more beside the likeliest rig alone among ``sets`` that stands on a fixture, all
     of it that is as likely; nothing where that could not be strongly likelier than all of them, if
-    it left noise alone. Neither comes near alone: what was sought beside springs was sought beside
-    another structure, and explains it in the tolerance of a model."""
+    it left noise alone, or already leave nothing else. Neither comes near alone: what was sought
+    beside springs was sought beside another structure, and explains it in the tolerance of a model.
+    """
     stood = [h for h in sets if expected(evidence, h) and _stands(h)]
     if not stood:
         return []
     least = max(map(merit, stood)) - STRONG / 2.0
     whole = max((h for h in stood if merit(h) >= least), key=lambda h: (h.unknowns, merit(h)))
     best = max(sets, key=merit)
+    if best.fit.spent:
+        return []
     likeliest = best.fit.noise_alone - price(whole.unknowns + 1, best.fit.independent)
     worth = likeliest > merit(best) + STRONG / 2.0
     return _with_one_more(evidence, whole, progress) if worth else []
@@ -125,12 +129,13 @@ def _stands(h: Hypothesis) -> bool:
 def on_rigs(
     evidence: Evidence, known: Sequence[Hypothesis], progress: Progress
 ) -> list[Hypothesis]:
-    """All that a rig does at once, the same beside the likeliest that are ``known``, fixtures from
-    other valleys, and one effect more beside the likeliest that a rig does alone, those that are
-    not told from it, the whole of it, and what theory wants, as far as they leave more than noise:
-    what is left within the tolerance of any model may, in one that was fitted, be what is still
-    missing. Best first."""
+    """All that a rig does at once, with one that is not like the others, the same beside the
+    likeliest that are ``known``, fixtures from other valleys, and one effect more beside the
+    likeliest that a rig does alone, those that are not told from it, the whole of it, and what
+    theory wants, as far as they leave more than noise: what is left within the tolerance of any
+    model may, in one that was fitted, be what is still missing. Best first."""
     found = on_a_rig(evidence, progress)
+    found = merged(found, with_one_unlike(evidence, found, progress))
     found = merged(found, completed(evidence, _likeliest(merged(known, found)), progress))
     stood = [h for h in merged(known, found) if expected(evidence, h)]
     found = merged(found, in_other_valleys(evidence, stood, progress))
@@ -157,8 +162,11 @@ def on_fixtures(
     evidence: Evidence, near: Sequence[Hypothesis], progress: Progress
 ) -> list[Hypothesis]:
     """A fixture under all supports, alone and in place of the springs to ground of each of ``near``
-    that has none; likeliest first."""
+    that has none, sought and as stiff as these are; likeliest first."""
     out: list[Hypothesis] = []
+    stands = under_all(evidence.candidates(evidence.model, (FIXTURE,)))
+    for h in near:
+        out += in_place_of_springs(evidence, h, stands)
     for parent in _parents(evidence, near):
         if evidence.hurried:
             evidence.leave(REST)

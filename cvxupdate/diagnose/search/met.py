@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 from cvxupdate.diagnose.hypothesis import Hypothesis, of_a_rig
 from cvxupdate.diagnose.modes.identified import FEW
+from cvxupdate.diagnose.nominal.wanted import by_theory
 from cvxupdate.diagnose.search.backward import backward, merit
 from cvxupdate.diagnose.search.carried import carried
 from cvxupdate.diagnose.search.classes import on_a_rig, sharpened
@@ -24,6 +25,7 @@ from cvxupdate.diagnose.search.completed import (
     with_one_more,
 )
 from cvxupdate.diagnose.search.race import merged
+from cvxupdate.diagnose.search.unlike import with_one_unlike
 from cvxupdate.diagnose.search.untuned import tenable
 from cvxupdate.diagnose.search.valleys import in_other_valleys
 from cvxupdate.diagnose.settings import EXPLAINED, OPEN, SEVERAL_LEVEL, STAYING
@@ -76,11 +78,12 @@ def _freed(evidence: Evidence, found: Sequence[Hypothesis], progress: Progress) 
 
 
 def _told(modes: Evidence, progress: Progress) -> list[Hypothesis]:
-    """What a rig does by modes, completed where all of it at once does not explain them, with one
-    effect more where that leaves half of what noise makes, and others in the place of the likeliest
-    one; likeliest first."""
+    """What a rig does by modes, with one that is not like the others, completed where all of it at
+    once does not explain them, with one effect more where that leaves half of what noise makes, and
+    others in the place of the likeliest one; likeliest first."""
     progress("seeking what a rig does by the modes in the responses")
     found = on_a_rig(modes, progress)
+    found = _ranked(found, with_one_unlike(modes, found, progress))
     if found and not modes.clear(found[0].fit):
         found = _ranked(found, completed(modes, found[:1], progress))
         found = _ranked(found, beside_fixtures(modes, found, progress))
@@ -100,15 +103,17 @@ def _each(told: Sequence[Hypothesis]) -> list[Hypothesis]:
 
 
 def _here(evidence: Evidence, told: Hypothesis, progress: Progress) -> list[Hypothesis]:
-    """What modes told on these responses with the rest of a rig (how supports give way they say),
-    freed of what is likelier without: brought near first by a comparison that no line can dominate;
-    and by weighted squares at once where that does not explain, for the comparison leaves open how
-    much a channel reads. Likeliest first."""
+    """What modes told on these responses with the rest of a rig (how supports give way they say)
+    and the shear that theory wants, for which a few modes take soft joints, freed of what is
+    likelier without: brought near first by a comparison that no line can dominate; and by weighted
+    squares at once where that does not explain, for the comparison leaves open how much a channel
+    reads. Likeliest first."""
     approach, here = evidence.approach, carried(evidence, told)
     if approach is None or here is None:
         return []
     progress(f"fitting {told.name} to the responses")
     begun = approach.rigged(here, held=True) or here
+    begun = by_theory(evidence, begun) or begun
     found: list[Hypothesis] = []
     for whole in (_near(evidence, begun), begun):
         if whole is not None and tenable(evidence, whole):

@@ -11,7 +11,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from cvxupdate.diagnose.hypothesis import Hypothesis, further, seeds_from
+from cvxupdate.diagnose.hypothesis import (
+    SPRINGS,
+    Hypothesis,
+    further,
+    seeds_from,
+    together,
+    without,
+)
 from cvxupdate.diagnose.search.exchange import likeliest
 from cvxupdate.diagnose.search.race import refitted
 from cvxupdate.diagnose.settings import ALIKE_STD, EACH, STRAINED
@@ -36,6 +43,8 @@ def with_one_unlike(
         if _strained(best, number):
             progress(f"seeking one that is not like the others of {effect.name}")
             out += _beside(evidence, best, number)
+            softest = _softest(evidence, best, number)
+            out += [] if softest is None else [softest]
     return out
 
 
@@ -61,6 +70,44 @@ def _beside(evidence: Evidence, best: Hypothesis, number: int) -> list[Hypothesi
     return [h for h in each if h is not None]
 
 
+def _softest(evidence: Evidence, best: Hypothesis, number: int) -> Hypothesis | None:
+    """A set with the softest support of a class by itself and the others as a class, fitted from
+    what each holds with; None where none is far softer. A spring beside only makes one stiffer."""
+    effect, own = best.effects[number], best.sizes(number)[best.effects[number].count :]
+    nodes = effect.place.nodes
+    if effect.physics != SPRINGS or effect.place.dof is None or len(own) != len(nodes):
+        return None
+    k = int(np.argmin(own))
+    bare = without(evidence, best, number) if own[k] < -STRAINED * ALIKE_STD else None
+    if bare is None:
+        return None
+    each = best.values[number]["k"] * (1.0 + own)
+    others = nodes[:k] + nodes[k + 1 :]
+    found = _released(evidence, bare, (nodes[k],), effect, float(each[k]))
+    if found is None:
+        return None
+    rest = float(np.exp(np.mean(np.log(np.delete(each, k)))))
+    whole = _released(evidence, found, others, effect, rest)
+    return None if whole is None else refitted(evidence, whole.onward, "sharp")
+
+
+def _released(
+    evidence: Evidence, h: Hypothesis, nodes: tuple[int, ...], like: Effect, k: float
+) -> Hypothesis | None:
+    """A set with further supports that give way as others do, with a stiffness; None where none can
+    be told there."""
+    found = evidence.candidates(h.fit.setting.model, (SPRINGS,))
+    effect = next(
+        (e for e in found if (e.place.nodes, e.place.dof) == (nodes, like.place.dof)), None
+    )
+    moved = None if effect is None else effect.on(evidence.context(h.fit.setting.model))
+    if moved is None or moved.change is None:
+        return None
+    soft = moved.change.model.parameters[len(h.fit.setting.model.parameters)].unit_size
+    whole = together(evidence, h, [moved], np.array([1.0 / (k * soft)]))
+    return None if whole is h else whole
+
+
 def _all_alike(evidence: Evidence, best: Hypothesis, number: int) -> Hypothesis | None:
     """The set as it is with all members of a class alike; None where that is no structure."""
     after = sum(e.columns for e in best.effects[number + 1 :])
@@ -74,8 +121,10 @@ def _all_alike(evidence: Evidence, best: Hypothesis, number: int) -> Hypothesis 
 
 
 def _one_of(effect: Effect, several: Effect) -> bool:
-    """Whether an effect is what a class does, at one of its places."""
+    """Whether an effect is what a class does, at one of its places; one end of a beam in space,
+    too, turns about all axes, of which its place names the first."""
     here, there = effect.place, several.place
     inside = set(here.nodes) <= set(there.nodes) and set(here.elements) <= set(there.elements)
     fewer = len(here.nodes) + len(here.elements) < len(there.nodes) + len(there.elements)
-    return inside and fewer and len(here.nodes) == 1 and here.dof == there.dof
+    along = here.dof == there.dof or (there.dof is None and there.elements != ())
+    return inside and fewer and len(here.nodes) == 1 and along

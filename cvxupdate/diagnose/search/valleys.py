@@ -13,7 +13,7 @@ from contextlib import suppress
 
 import numpy as np
 
-from cvxupdate.diagnose.hypothesis import FIXTURE, Hypothesis, together, without
+from cvxupdate.diagnose.hypothesis import FIXTURE, SPRINGS, Hypothesis, together, without
 from cvxupdate.diagnose.modes.finite_size import BASIS
 from cvxupdate.diagnose.modes.fits import followed_at, paired_at
 from cvxupdate.diagnose.modes.fixtures import Feet, Stood
@@ -26,6 +26,7 @@ from cvxupdate.diagnose.types import Evidence, Progress, Real, Seed
 from cvxupdate.errors import ModelError
 from cvxupdate.physics.compliance import RIGID
 from cvxupdate.physics.effect import Effect
+from cvxupdate.physics.place import TRANSLATIONS
 
 MOVES_AND_TURNS = 4  # unknowns of a fixture that does both
 COMPLIANCES = np.geomspace(1e-2, 30.0, 8)  # in the structure's at the place
@@ -64,6 +65,49 @@ def _from(evidence: Evidence, h: Hypothesis, p: Real) -> Hypothesis | None:
         setting = paired_at(h.fit.setting, p)
         return refitted(evidence, Seed(h.effects, setting, p), "sharp")
     return None
+
+
+def in_place_of_springs(
+    evidence: Evidence, h: Hypothesis, fixtures: Sequence[Effect]
+) -> list[Hypothesis]:
+    """A set whose supports are springs with one of the ``fixtures`` in the place of all of them,
+    fitted from their stiffness and a mass that is not felt, likelier or not: from the rigid model a
+    fit may lead to a fixture that is heavy instead of soft (another laboratory's m08)."""
+    out: list[Hypothesis] = []
+    for effect in {e.key: e for e in fixtures if _moves_and_turns(e)}.values():
+        own = set(effect.place.nodes)
+        springs = [
+            k
+            for k, e in enumerate(h.effects)
+            if e.physics == SPRINGS and own.issuperset(e.place.nodes)
+        ]
+        bare = without(evidence, h, *springs) if springs else None
+        whole = bare if bare is None else together(evidence, bare, [effect])
+        if bare is None or whole is None or whole is bare:
+            continue
+        units = [q.unit_size for q in whole.fit.setting.model.parameters[-MOVES_AND_TURNS:]]
+        sizes = _as_soft(evidence, h, springs, units)
+        found = _from(evidence, whole, np.append(whole.fit.p[:-MOVES_AND_TURNS], sizes))
+        out += [] if found is None else [found]
+    return out
+
+
+def _as_soft(
+    evidence: Evidence, h: Hypothesis, springs: Sequence[int], units: Sequence[float]
+) -> Real:
+    """Compliances and masses, in their ``units``, of a fixture that is as stiff as springs are (in
+    the mean of those that hold from moving, and from turning), its masses swinging far above."""
+    omega, sizes = 2.0 * np.pi * ABOVE * evidence.band[1], np.zeros(MOVES_AND_TURNS)
+    for at, turns in ((0, False), (2, True)):
+        stiff = [
+            h.values[k]["k"]
+            for k in springs
+            if (h.effects[k].place.dof not in TRANSLATIONS) == turns
+        ]
+        if stiff:
+            k = float(np.exp(np.mean(np.log(stiff))))
+            sizes[at : at + 2] = 1.0 / (k * units[at]), k / omega**2 / units[at + 1]
+    return sizes
 
 
 def rest_of(evidence: Evidence, h: Hypothesis, gone: Sequence[int]) -> Hypothesis | None:

@@ -16,7 +16,7 @@ from cvxupdate.diagnose.responses.aside import with_aside
 from cvxupdate.diagnose.responses.evidence import ResponseEvidence
 from cvxupdate.diagnose.responses.setting import EFFORTS
 from cvxupdate.study import open_problem
-from tests.cases.rigs import frfs
+from tests.cases.rigs import frame, frfs
 from tests.diagnose.test_by_modes import DRIVES, LINES, SENSORS, clamped, quiet
 
 OFF = 0.006  # m
@@ -48,6 +48,18 @@ def test_of_forces_each_is_fitted_and_of_sensors_what_tells(evidence) -> None:
     assert names(whole) == ["force n10.z by n10.ry"]
     (line,) = [x for x in theory_lines(evidence.model, evidence.bases[-1]) if "beside" in x]
     assert "no finding" in line
+
+
+def test_what_a_drive_across_moves_is_fitted_of_the_sensors_along(tmp_path) -> None:
+    """A force along z hardly moves the beam of a frame along x, and one along x hardly along z: a
+    sensor across reads what its own two degrees give it (another laboratory's f05)."""
+    path = frfs(tmp_path, frame(), frame(), [(24, "z"), (7, "x")], [(24, "z")], LINES[:40])
+    model = open_problem(path)[1]
+    sensors = ("n24.z", "n7.x")
+    (across,) = ["sensor n24.z by n24.x"]
+    assert across not in names(with_aside(model, ("n24.z",), sensors, 900.0))
+    assert across in names(with_aside(model, ("n7.x",), sensors, 900.0))
+    assert across in names(with_aside(model, ("n24.z", "n7.x"), sensors, 900.0))
 
 
 def test_along_the_only_axis_nothing_is_beside(chain) -> None:
