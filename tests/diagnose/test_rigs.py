@@ -132,7 +132,7 @@ def test_a_force_channel_that_reads_low_is_the_measurement(
     assert correlate(written).fit["hold_out"]["frf_error"]["after"] < 0.1
 
 
-@pytest.mark.parametrize("each", [1, 2])
+@pytest.mark.parametrize("each", [pytest.param(1, marks=pytest.mark.proof), 2])
 @pytest.mark.slow
 def test_an_accelerometer_for_all_directions_of_a_node_or_for_each(
     tmp_path: Path, each: int

@@ -34,7 +34,7 @@ def test_a_brace_that_is_not_there() -> None:
     assert first.parameters["factor"] < 0.1 and first.confidence > 0.9
 
 
-@pytest.mark.slow
+@pytest.mark.proof
 def test_a_loose_span_of_an_edge_that_turned_before() -> None:
     """It was "a hidden oscillator and thinner elements" (0.99)."""
     (first,) = diagnose(STRANGE / "eighth" / "y07_loose_span" / "problem.toml").findings

@@ -11,7 +11,7 @@ from cvxupdate.study import diagnose
 CASES = Path(__file__).resolve().parents[2] / "problems" / "strange" / "thirteenth"
 
 
-@pytest.mark.slow
+@pytest.mark.proof
 def test_a_damper_on_a_rail_whose_stands_differ() -> None:
     """Stands of 4, 6 and 5 MN/m; "element 1 is 51 % softer" and three more that are not (0.93 to
     0.99)."""
@@ -24,7 +24,7 @@ def test_a_damper_on_a_rail_whose_stands_differ() -> None:
     assert stands.parameters["k"] == pytest.approx(5e6, rel=0.15)
 
 
-@pytest.mark.slow
+@pytest.mark.proof
 def test_nothing_stands_for_bearings_that_differ() -> None:
     """Of 120 to 250 MN/m; "437 kg at node 1" and "element 20 is 87 % heavier" (0.99)."""
     found = {f.physics: f for f in diagnose(CASES / "c04_footbridge" / "problem.toml").findings}
@@ -32,7 +32,7 @@ def test_nothing_stands_for_bearings_that_differ() -> None:
     assert found["grounding_spring"].place.nodes == (1, 7, 15, 21)
 
 
-@pytest.mark.slow
+@pytest.mark.proof
 def test_a_tip_weight_is_a_body() -> None:
     """Drawn as a point; "76 g swing on their own at node 11" (0.98)."""
     said = diagnose(CASES / "c00_tip_weight" / "problem.toml")
